@@ -43,7 +43,7 @@ tress_library(tress_cli KIND STATIC INCLUDES src FOLDERS src/cli src/cli/farm LI
 foreach(library scene integrate live cli)
   compile_together(tress_${library} 10)
 endforeach()
-# What tress --version tells: the commit at every build, the libraries found here.
+# What tress --version prints: the commit at every build, the libraries found here.
 add_custom_target(tress_commit BYPRODUCTS ${PROJECT_BINARY_DIR}/generated/tress_commit.h COMMAND ${CMAKE_COMMAND}
   -DSOURCE=${PROJECT_SOURCE_DIR} -DOUTPUT=${PROJECT_BINARY_DIR}/generated/tress_commit.h -P ${PROJECT_SOURCE_DIR}/src/cli/commit.cmake)
 add_dependencies(tress_cli tress_commit)

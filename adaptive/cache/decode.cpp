@@ -111,12 +111,12 @@ bool CacheReader::header(ByteReader& in, std::uint64_t* hash) {
 }
 
 bool CacheReader::same_model(const std::string& wanted, std::uint64_t hash) {
-  const auto told = [](const std::string& name, std::uint64_t number) {
+  const auto described = [](const std::string& name, std::uint64_t number) {
     return "model " + name + " (hash " + hexadecimal(number) + ")";
   };
   const std::string& expected = wanted.empty() ? model_ : wanted;
   if (hash == model_hash(expected) && model_ == expected) return true;
-  return fail(byte(16), told(expected, model_hash(expected)), told(model_, hash));
+  return fail(byte(16), described(expected, model_hash(expected)), described(model_, hash));
 }
 
 bool CacheReader::checksum_of(std::size_t start, std::size_t size, std::uint64_t* sum) {
@@ -334,15 +334,15 @@ bool CacheReader::axis(ByteReader& in, const char* what, std::uint32_t size, std
 bool CacheReader::slice(ByteReader& in) {
   slice_.key = {};
   slice_.key.lobe = in.u32();
-  const bool tells_kind = version_ == format::version_of_samples;
-  const std::uint32_t kind = tells_kind ? in.u32() : 0;
+  const bool has_kind = version_ == format::version_of_samples;
+  const std::uint32_t kind = has_kind ? in.u32() : 0;
   if (kind > static_cast<std::uint32_t>(SliceKind::samples)) {
     return fail(here(in, 4), "kind 0 (densities) or 1 (samples)", std::to_string(kind));
   }
   slice_.kind = static_cast<SliceKind>(kind);
   const bool samples = slice_.kind == SliceKind::samples;
   if (samples) needed_version_ = format::version_of_samples;
-  const std::size_t stored = tells_kind ? slice_.key.parameters.size() : SliceKey::density_parameters;
+  const std::size_t stored = has_kind ? slice_.key.parameters.size() : SliceKey::density_parameters;
   for (std::size_t i = 0; i < stored; ++i) {
     const float largest = samples || i < SliceKey::density_parameters ? huge : 0;
     if (!number(in, "a finite parameter", -largest, largest, &slice_.key.parameters[i])) return false;

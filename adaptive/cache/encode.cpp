@@ -14,10 +14,10 @@ namespace tress::inline v0_2::adaptive {
 namespace format {
 
 void write_description(ByteWriter& out, const SliceDescription& slice, std::uint32_t version) {
-  const bool tells_kind = version >= version_of_samples;
+  const bool has_kind = version >= version_of_samples;
   out.u32(slice.key.lobe);
-  if (tells_kind) out.u32(static_cast<std::uint32_t>(slice.kind));
-  const std::size_t parameters = tells_kind ? slice.key.parameters.size() : SliceKey::density_parameters;
+  if (has_kind) out.u32(static_cast<std::uint32_t>(slice.kind));
+  const std::size_t parameters = has_kind ? slice.key.parameters.size() : SliceKey::density_parameters;
   for (std::size_t i = 0; i < parameters; ++i) out.f32(slice.key.parameters[i]);
   out.f32(slice.kind == SliceKind::density ? slice.blur_rad : 0.0f);
   out.u32(static_cast<std::uint32_t>(slice.axis_a.size()));

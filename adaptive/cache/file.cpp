@@ -76,9 +76,10 @@ Result<std::unique_ptr<CacheFile>> CacheFile::open(const fs::path& file, const s
   const int number = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (number < 0) return system_error(file, "a readable cache file");
   struct stat status{};
-  const bool told = ::fstat(number, &status) == 0;
-  auto opened = std::make_unique<Opened>(number, told ? static_cast<std::size_t>(status.st_size) : 0, file.string());
-  if (!told) return system_error(file, "a readable cache file");
+  const bool has_size = ::fstat(number, &status) == 0;
+  auto opened =
+      std::make_unique<Opened>(number, has_size ? static_cast<std::size_t>(status.st_size) : 0, file.string());
+  if (!has_size) return system_error(file, "a readable cache file");
   if (!S_ISREG(status.st_mode)) return Error{file.string(), "", "a regular file", "a folder or a device"};
   if (!opened->reader.check(model)) return opened->reader.error();
   return std::unique_ptr<CacheFile>(new CacheFile(std::move(opened)));

@@ -26,7 +26,7 @@ bool is_ours(const std::string& name) {
 }
 
 /// Marks the file as used now. If this fails, only the order in which files are removed changes.
-void tell_used(const fs::path& file) {
+void mark_used(const fs::path& file) {
   std::error_code ignored;
   fs::last_write_time(file, fs::file_time_type::clock::now(), ignored);
 }
@@ -82,7 +82,7 @@ CacheFolder::Loaded CacheFolder::load(Service& service) {
       loaded.refused.push_back(*error);
       continue;
     }
-    tell_used(file);
+    mark_used(file);
     add(&loaded.contents, (*cache)->contents());
     ++loaded.files;
     known_[file] = (*cache)->contents();
@@ -102,7 +102,7 @@ Result<CacheFolder::Saved> CacheFolder::save(const Service& service, bool replac
     const bool is_known = known != known_.end() && known->second.hash == cache_hash(one) && is_there(file);
     CacheContents contents;
     if (is_known) {
-      tell_used(file);
+      mark_used(file);
       contents = known->second;
     } else {
       CacheSave done;

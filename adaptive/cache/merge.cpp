@@ -55,7 +55,7 @@ void MergedRows::rewind() {
     side->rows.rewind();
     side->slice = nullptr;
     side->row = nullptr;
-    side->tells = false;
+    side->is_current = false;
     side->has_slice = side->has_row = true;
   }
 }
@@ -63,11 +63,11 @@ void MergedRows::rewind() {
 /// Reads the next slice of the side, if the last one has been returned.
 void MergedRows::read_slice(Side& side) {
   if (side.has_slice) side.slice = side.rows.next_slice();
-  side.has_slice = side.tells = false;
+  side.has_slice = side.is_current = false;
 }
 
 void MergedRows::read_row(Side& side) {
-  if (side.has_row) side.row = side.tells ? side.rows.next_row() : nullptr;
+  if (side.has_row) side.row = side.is_current ? side.rows.next_row() : nullptr;
   side.has_row = false;
 }
 
@@ -80,14 +80,14 @@ const SliceDescription* MergedRows::next_slice() {
   if (a_.slice == nullptr && b_.slice == nullptr) return nullptr;
   const bool a_first = b_.slice == nullptr || (a_.slice != nullptr && a_.slice->key < b_.slice->key);
   const bool b_first = a_.slice == nullptr || (b_.slice != nullptr && b_.slice->key < a_.slice->key);
-  a_.has_slice = a_.tells = !b_first;
-  b_.has_slice = b_.tells = !a_first;
-  if (a_.tells && b_.tells) {
+  a_.has_slice = a_.is_current = !b_first;
+  b_.has_slice = b_.is_current = !a_first;
+  if (a_.is_current && b_.is_current) {
     const std::string a = format::described(*a_.slice), b = format::described(*b_.slice);
-    a_.tells = !(a < b);
-    b_.tells = !(b < a);
+    a_.is_current = !(a < b);
+    b_.is_current = !(b < a);
   }
-  return a_.tells ? a_.slice : b_.slice;
+  return a_.is_current ? a_.slice : b_.slice;
 }
 
 const CachedRow* MergedRows::next_row() {

@@ -231,8 +231,8 @@ void MoveDensities(const Group& group, F exits, LayerLanes<count>& layer, const 
     const F per_density = hn::Mul(exits, group.Load(knot.hat));
     const F expected = hn::Mul(per_density, between);
     const F known = hn::Mul(Number(0.5f), hn::Add(light, expected));  // number of exits that determine it
-    const F told = hn::MulAdd(known, light, hn::Mul(Number(prior), expected));
-    next[k] = hn::Div(told, hn::Mul(hn::Add(known, Number(prior)), per_density));
+    const F posterior = hn::MulAdd(known, light, hn::Mul(Number(prior), expected));
+    next[k] = hn::Div(posterior, hn::Mul(hn::Add(known, Number(prior)), per_density));
     largest = hn::Max(largest, next[k]);
   }
   for (std::size_t k = 0; k < count; ++k) {
@@ -259,13 +259,13 @@ void MoveLayers(RibbonLanes& lanes, const RowSums& sums, const RibbonPrior& prio
   InformationLanes of_main, of_broad;
   Lanes exits = lanes.count;
   for (std::size_t lane = 0; lane < fit_lanes; ++lane) {
-    const auto tell = [lane](const LawInformation& law, InformationLanes& to) {
+    const auto store = [lane](const LawInformation& law, InformationLanes& to) {
       to.mode[lane] = law.mode;
       to.cross[lane] = law.cross;
       to.scale[lane] = law.scale;
     };
-    tell(InformationOf(lanes.law[lane]), of_main);
-    tell(InformationOf(HeightLaw::logistic), of_broad);
+    store(InformationOf(lanes.law[lane]), of_main);
+    store(InformationOf(HeightLaw::logistic), of_broad);
     for (const KnotLanes& knot : lanes.main.knots) exits[lane] += knot.prior_light[lane];
     for (const KnotLanes& knot : lanes.broad.knots) exits[lane] += knot.prior_light[lane];
   }

@@ -116,14 +116,14 @@ void assign_attributes(Mixture& mixture, const TracedNodes& nodes) {
       moments[d].second += share[i] * rays.of(2)[i];
     }
   }
-  const auto told = [&](std::size_t d) { return moments[d].mass > 1e-9 * all.mass ? moments[d] : all; };
+  const auto known = [&](std::size_t d) { return moments[d].mass > 1e-9 * all.mass ? moments[d] : all; };
   for (std::size_t d = 0; d < mixture.component_count && all.mass > 0; ++d) {
-    mixture.components[d].attribute_mean = static_cast<float>(told(d).mean());
-    mixture.components[d].attribute_variance = static_cast<float>(told(d).variance());
+    mixture.components[d].attribute_mean = static_cast<float>(known(d).mean());
+    mixture.components[d].attribute_variance = static_cast<float>(known(d).variance());
   }
   if (all.mass > 0) {
-    mixture.uniform_attribute_mean = static_cast<float>(told(uniform_part).mean());
-    mixture.uniform_attribute_variance = static_cast<float>(told(uniform_part).variance());
+    mixture.uniform_attribute_mean = static_cast<float>(known(uniform_part).mean());
+    mixture.uniform_attribute_variance = static_cast<float>(known(uniform_part).variance());
   }
 }
 

@@ -12,39 +12,39 @@
 
 namespace tress::inline v0_2::adaptive {
 
-/// Makes the call and passes anything that it throws to `tell`. Returns false if it threw. Thread-safe.
+/// Makes the call and passes anything that it throws to `report`. Returns false if it threw. Thread-safe.
 template <class Call>
-bool calls_without_throwing(const char* what, const std::function<void(Error)>& tell, Call&& call) {
+bool calls_without_throwing(const char* what, const std::function<void(Error)>& report, Call&& call) {
   try {
     call();
     return true;
   } catch (const std::exception& thrown) {
-    tell({"", what, "no exception", thrown.what()});
+    report({"", what, "no exception", thrown.what()});
   } catch (...) {
-    tell({"", what, "no exception", "one that is no std::exception"});
+    report({"", what, "no exception", "one that is no std::exception"});
   }
   return false;
 }
 
 class GuardedSamples final : public SampledTarget {
  public:
-  /// target: must outlive this object. tell: takes the errors, from any thread.
-  GuardedSamples(const SampledTarget& target, std::function<void(Error)> tell)
-      : target_(target), tell_(std::move(tell)) {}
+  /// target: must outlive this object. report: takes the errors, from any thread.
+  GuardedSamples(const SampledTarget& target, std::function<void(Error)> report)
+      : target_(target), report_(std::move(report)) {}
   std::uint32_t parts(const SliceDescription& slice) const override {
     std::uint32_t parts = 0;
-    calls_without_throwing("SampledTarget::parts", tell_, [&] { parts = target_.parts(slice); });
+    calls_without_throwing("SampledTarget::parts", report_, [&] { parts = target_.parts(slice); });
     return parts;
   }
   void draw(const SliceDescription& slice, float a, float b, std::uint64_t stream, std::uint32_t first,
             std::uint32_t count, std::vector<SampledExit>& out) const override {
-    if (!calls_without_throwing("SampledTarget::draw", tell_,
+    if (!calls_without_throwing("SampledTarget::draw", report_,
                                 [&] { target_.draw(slice, a, b, stream, first, count, out); }))
       out.assign(1, none);
   }
   void draw_sets(const SliceDescription& slice, float a, float b, std::uint64_t stream, std::uint32_t first,
                  std::uint32_t count, std::array<std::vector<SampledExit>, 4>& out) const override {
-    if (!calls_without_throwing("SampledTarget::draw_sets", tell_,
+    if (!calls_without_throwing("SampledTarget::draw_sets", report_,
                                 [&] { target_.draw_sets(slice, a, b, stream, first, count, out); }))
       out.fill({none});
   }
@@ -55,7 +55,7 @@ class GuardedSamples final : public SampledTarget {
   static constexpr SampledExit none{0, 0, 0, std::numeric_limits<float>::quiet_NaN(), 0};
 
   const SampledTarget& target_;
-  std::function<void(Error)> tell_;
+  std::function<void(Error)> report_;
 };
 
 }  // namespace tress::inline v0_2::adaptive

@@ -44,7 +44,7 @@ void Service::Table::update_rows(PassReport& report) {
     Slice& slice = rows_.slice(row.slice);
     if (slice.is_sampled()) continue;
     const bool asked = slice.slots[row.node].queries.load(std::memory_order_relaxed) != slice.queries_before[row.node];
-    const bool told = row.learning && row.learning->observed.load(std::memory_order_relaxed) != 0;
+    const bool observed = row.learning && row.learning->observed.load(std::memory_order_relaxed) != 0;
     // The first cached row of a slice that is queried is audited, in addition to those chosen by key.
     const bool audits = row.audit == Audit::due || (row.audit == Audit::possible && !slice.audited);
     const RowState state = rows_.state_of(row);
@@ -53,7 +53,7 @@ void Service::Table::update_rows(PassReport& report) {
       row.audit = Audit::due;
       slice.audited = true;
     }
-    if (state == RowState::open ? asked || told : is_audited) dirty.push_back(i);
+    if (state == RowState::open ? asked || observed : is_audited) dirty.push_back(i);
   }
   std::vector<Outcome> outcomes(dirty.size());
   std::vector<std::size_t> sizes(dirty.size());
@@ -159,28 +159,28 @@ PassReport Service::Table::publish(std::uint64_t paths) {
   PassReport report = end_pass(paths);
   discipline_.end_publish();
   report.misuse = discipline_.take();
-  tell_of(report);
+  log_events(report);
   return report;
 }
 
-void Service::Table::tell_of(const PassReport& report) {
-  if (report.misuse) tell(report.misuse->message());
-  if (report.at_ceiling && !ceiling_told_) {
-    ceiling_told_ = true;
-    tell("the table is at its ceiling of " + std::to_string(options_.memory_bytes) +
-         " bytes: what has no row is traced at every query");
+void Service::Table::log_events(const PassReport& report) {
+  if (report.misuse) log(report.misuse->message());
+  if (report.at_ceiling && !ceiling_logged_) {
+    ceiling_logged_ = true;
+    log("the table is at its ceiling of " + std::to_string(options_.memory_bytes) +
+        " bytes: what has no row is traced at every query");
   }
-  if (report.unusable > 0 && !unusable_told_) {
-    unusable_told_ = true;
-    tell(
-        "a target of samples draws what is none (a weight that is negative or not finite, a place that is not finite, "
+  if (report.unusable > 0 && !unusable_logged_) {
+    unusable_logged_ = true;
+    log("a target of samples draws invalid samples (a weight that is negative or not finite, a place that is not "
+        "finite, "
         "a part that is not there, or no mass): such rows, " +
         std::to_string(report.unusable) + " so far, are never learned");
   }
-  if (report.rows_reopened > reopened_told_) {
-    tell(std::to_string(report.rows_reopened - reopened_told_) +
-         " cached rows do not fit their target and are learned anew");
-    reopened_told_ = report.rows_reopened;
+  if (report.rows_reopened > reopened_logged_) {
+    log(std::to_string(report.rows_reopened - reopened_logged_) +
+        " cached rows do not fit their target and are learned anew");
+    reopened_logged_ = report.rows_reopened;
   }
 }
 

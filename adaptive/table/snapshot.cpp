@@ -72,11 +72,11 @@ std::optional<Error> Service::Table::unusable(const SliceDescription& slice) con
   if (samples ? samples_ == nullptr : target_ == nullptr) {
     return Error{"", describe(slice), samples ? "a target of samples" : "a target of densities", "none"};
   }
-  const std::size_t told = slice.key.told_parameters().size();
-  if (samples || told <= SliceKey::density_parameters) return std::nullopt;
+  const std::size_t count = slice.key.told_parameters().size();
+  if (samples || count <= SliceKey::density_parameters) return std::nullopt;
   return Error{"", describe(slice),
                std::to_string(SliceKey::density_parameters) + " parameters of a slice of densities",
-               std::to_string(told)};
+               std::to_string(count)};
 }
 
 Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
@@ -96,7 +96,7 @@ Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
   if (has_index) {
     index_bytes_ += index;
   } else {
-    tell(describe(description) + ": no room for its index, so it is traced whenever it is asked");
+    log(describe(description) + ": no room for its index, so it is traced whenever it is asked");
   }
   const bool is_of_samples = description.kind == SliceKind::samples;
   const SliceId id = rows_.add_slice(description, has_index, is_of_samples ? samples_->parts(description) : 0);
@@ -116,7 +116,7 @@ Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
       (void)take(rows);
     } else {
       refusals_.push_back(other_axes(description, cached->second.description()));
-      tell(refusals_.back().message());
+      log(refusals_.back().message());
     }
     unused_.erase(cached);
   }

@@ -46,9 +46,9 @@ Error bad_state(std::string_view expected, std::string_view found) {
   return {"", "table", std::string(expected), std::string(found)};
 }
 
-std::string told(std::uint32_t number) { return std::to_string(number); }
-std::string told(bool) { return "another"; }
-std::string told(const std::string& name) { return name.substr(0, 80); }
+std::string described(std::uint32_t number) { return std::to_string(number); }
+std::string described(bool) { return "another"; }
+std::string described(const std::string& name) { return name.substr(0, 80); }
 
 /// Appends fields to a state.
 class StateWriter {
@@ -237,8 +237,8 @@ struct Service::Table::Saved {
   };
 
   std::uint32_t pass = 0;
-  std::uint64_t paths = 0, reopened = 0, reopened_told = 0, queried = 0;
-  bool ceiling_told = false, unusable_told = false;
+  std::uint64_t paths = 0, reopened = 0, reopened_logged = 0, queried = 0;
+  bool ceiling_logged = false, unusable_logged = false;
   std::vector<std::pair<std::uint32_t, std::uint64_t>> absorbed_errors;
   std::vector<SavedSlice> slices;
   std::map<SliceKey, PackedSlice> unused;  ///< as in Table
@@ -250,7 +250,7 @@ struct Service::Table::Saved {
     const auto same = [&fields](const auto& value, const std::string& expected) {
       auto found = value;
       fields(found);
-      fields.require(found == value, expected, told(found));
+      fields.require(found == value, expected, described(found));
     };
     same(state_version, "state version " + std::to_string(state_version));
     same(table.model_name(), "model " + table.model_name());
@@ -302,8 +302,8 @@ struct Service::Table::Saved {
   void totals(auto& fields) {
     fields(pass);
     fields.require(pass > 0, "a pass above 0", "0");
-    for (std::uint64_t* total : {&paths, &reopened, &reopened_told, &queried}) fields(*total);
-    for (bool* told : {&ceiling_told, &unusable_told}) fields(*told);
+    for (std::uint64_t* total : {&paths, &reopened, &reopened_logged, &queried}) fields(*total);
+    for (bool* logged : {&ceiling_logged, &unusable_logged}) fields(*logged);
     list(fields, absorbed_errors, 12, [&](auto& error) {
       fields(error.first);
       fields(error.second);
@@ -412,10 +412,10 @@ Result<std::string> Service::Table::state() const {
   now.pass = pass_;
   now.paths = light_.paths;
   now.reopened = reopened_;
-  now.reopened_told = reopened_told_;
+  now.reopened_logged = reopened_logged_;
   now.queried = light_.queried;
-  now.ceiling_told = ceiling_told_;
-  now.unusable_told = unusable_told_;
+  now.ceiling_logged = ceiling_logged_;
+  now.unusable_logged = unusable_logged_;
   now.absorbed_errors.assign(absorbed_errors_.counts().begin(), absorbed_errors_.counts().end());
   StateWriter out;
   now.write_or_read_all(out, *this);
@@ -517,10 +517,10 @@ void Service::Table::take_over(Saved& saved) {
   pass_ = saved.pass;
   light_.paths = saved.paths;
   reopened_ = saved.reopened;
-  reopened_told_ = saved.reopened_told;
+  reopened_logged_ = saved.reopened_logged;
   light_.queried = saved.queried;
-  ceiling_told_ = saved.ceiling_told;
-  unusable_told_ = saved.unusable_told;
+  ceiling_logged_ = saved.ceiling_logged;
+  unusable_logged_ = saved.unusable_logged;
   for (const auto& [bits, count] : saved.absorbed_errors) absorbed_errors_.add_counted(bits, count);
   unused_ = std::move(saved.unused);
   std::vector<bool> has_converged;  // by row

@@ -214,7 +214,7 @@ class Service::Table {
   RandomStream stream_of(const Row& row, std::uint64_t purpose) const;
 
   // publish.cpp
-  /// Tells Options::progress what is done. False, from then on until the end of the pass, if the rest is to be left.
+  /// Reports what is done to Options::progress. False, from then on until the end of the pass, if the host ends it.
   bool goes_on(double done);
   /// Calls task(i) for each i below count, in parallel: by Options::parallel_for, or else by oneTBB.
   void in_parallel(std::size_t count, const std::function<void(std::size_t)>& task);
@@ -251,11 +251,11 @@ class Service::Table {
   // service.cpp
   Error no_such_slice(const char* call, SliceId slice) const;
   /// Passes a sentence to Options::log, if that is set.
-  void tell(const std::string& sentence) const {
+  void log(const std::string& sentence) const {
     if (options_.log) options_.log(sentence);
   }
   /// Logs misuse, full memory, unusable draws and reopened rows.
-  void tell_of(const PassReport& report);
+  void log_events(const PassReport& report);
   /// Notes a node that does not exist and a reader inside publish(). True if it noted one.
   bool is_misuse(const char* call, SliceId slice, std::uint32_t node);
   /// Does the same for a view, which must not be of an earlier pass. False unless passes are checked.
@@ -300,9 +300,9 @@ class Service::Table {
   std::size_t bytes_ = 0;                     ///< bytes of all rows
   std::size_t index_bytes_ = 0;               ///< bytes of the indices of all slices
   std::uint64_t reopened_ = 0;                ///< rows reopened in this session
-  std::uint64_t reopened_told_ = 0;           ///< how many of reopened_ have been logged
-  bool ceiling_told_ = false;                 ///< whether full memory has been logged
-  bool unusable_told_ = false;                ///< whether unusable draws have been logged
+  std::uint64_t reopened_logged_ = 0;         ///< how many of reopened_ have been logged
+  bool ceiling_logged_ = false;               ///< whether full memory has been logged
+  bool unusable_logged_ = false;              ///< whether unusable draws have been logged
   ErrorQuantiles absorbed_errors_;            ///< errors of rows that converged in this session
   PassReport between_passes_;                 ///< work of load() and add_slice(), reported by the next publish()
   std::atomic<std::size_t> formed_bytes_{0};  ///< bytes of all forms, their entries and interpolated answers

@@ -10,7 +10,7 @@
 // core: of these, no scheme and both.
 // only: those whose name has this in it.
 // variants: one thing changed at a time from D = 5, L2, both; and the paper's own choices put together.
-// CPU time is the thread's; loads of the machine are told nowhere: run it on a quiet one.
+// CPU time is the thread's; the load of the machine is not recorded: run it on a quiet one.
 #include "references/learners/ais.h"
 
 #include <fmt/format.h>
@@ -261,7 +261,7 @@ int main(int argc, char** argv) {
   nlohmann::json result{{"domain", domain}, {"rows", count}, {"seed", seed}, {"settings", nlohmann::json::array()}};
   for (const Named& named : list) {
     result["settings"].push_back(measure(rows, named, seed));
-    // Anew after each, so that a run that is stopped has told what it knew.
+    // Anew after each, so that a run that is stopped has written what it knew.
     if (!json.empty() && bench::write_results(json, result.dump(1) + "\n") != 0) return 1;
   }
   return 0;

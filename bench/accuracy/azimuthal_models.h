@@ -1,4 +1,4 @@
-// Other models' azimuthal parts, as bench_azimuthal_rivals compares them (its head tells what is compared).
+// Other models' azimuthal parts, as bench_azimuthal_rivals compares them (its head says what is compared).
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@
 
 namespace tress::bench {
 
-class Deon2011 : public Told {
+class Deon2011 : public RivalFacts {
  public:
   Deon2011(const Domain& domain, int points) : domain_(domain), quadrature_(points) {
     for (const Row& row : domain.rows) {
@@ -75,7 +75,7 @@ class Deon2011 : public Told {
 };
 
 /// TT and TRT: all later orders have no azimuth in it.
-class Chiang2016 : public Told {
+class Chiang2016 : public RivalFacts {
  public:
   explicit Chiang2016(const Domain& domain) {
     constexpr int offsets = 512;
@@ -137,7 +137,7 @@ class Chiang2016 : public Told {
   std::vector<Fiber> fibers_;
 };
 
-class Marschner2003 : public Told {
+class Marschner2003 : public RivalFacts {
  public:
   explicit Marschner2003(const Domain& domain) {
     constexpr std::size_t timed = 8;  // their tables are large
@@ -194,7 +194,7 @@ class Marschner2003 : public Told {
   std::vector<Fiber> fibers_;
 };
 
-class Ou2012 : public Told {
+class Ou2012 : public RivalFacts {
  public:
   explicit Ou2012(const Domain& domain) {
     for (const Row& row : domain.rows) {
@@ -239,7 +239,7 @@ class Ou2012 : public Told {
 };
 
 /// Through its model, all other lobes without gain, on the specular cone of a narrow M.
-class Pekelis2015 : public Told {
+class Pekelis2015 : public RivalFacts {
  public:
   explicit Pekelis2015(const Domain& domain) {
     constexpr std::size_t most = 48;  // each is taught by itself

@@ -13,10 +13,10 @@
 // quadrature N: N midpoint rays through the ellipse, traced for each direction. exact: as many as the program takes.
 // deon2011 N: the circle, traced for all lobes at once; /shared is a quarter of four lobes of one trace.
 // Refused rows count as they were left, but for those that have no fit at all (of the learner `table`): `rows` of
-// all are told. circle_error_*: against the reference of e = 1 instead. chiang2016 is timed at one offset, h, and its
-// error is that of its mean over h. marschner2003 has no width but its caustics', set to sigma; ou2012 has the energies
-// of normal incidence; pekelis2015 the nearest row of its grid, and its time has M in it. Rivals without TRRT have no
-// such rows.
+// all are reported. circle_error_*: against the reference of e = 1 instead. chiang2016 is timed at one offset, h, and
+// its error is that of its mean over h. marschner2003 has no width but its caustics', set to sigma; ou2012 has the
+// energies of normal incidence; pekelis2015 the nearest row of its grid, and its time has M in it. Rivals without TRRT
+// have no such rows.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -55,7 +55,7 @@ namespace {
 using namespace bench;
 
 /// Rows as a render reads them: `make_row` gives each one's fit.
-class AbsorbedRows : public Told {
+class AbsorbedRows : public RivalFacts {
  public:
   void add(const Row& row, const adaptive::Mixture& fit, double part_count) {
     const auto energy = static_cast<float>(fit.energy());
@@ -112,7 +112,7 @@ std::unique_ptr<AbsorbedRows> learned_rows(const Domain& domain, const adaptive:
 }
 
 /// Knot tables as a render would read them.
-class KnotRows : public Told {
+class KnotRows : public RivalFacts {
  public:
   void add(const Row& row, const adaptive::KnotDensity& table) {
     const fiber::AbsorbedKnots colorless(table, clear);
@@ -166,7 +166,7 @@ std::unique_ptr<KnotRows> knot_rows(const Domain& domain, std::size_t count) {
 }
 
 /// The mixture itself, one channel, as the service has it: the density of its sampler alone.
-class OneChannel : public Told {
+class OneChannel : public RivalFacts {
  public:
   OneChannel(const Domain& domain, double epsilon) {
     const auto learned = learn(domain, &adaptive::sketch_learner, epsilon);
@@ -189,7 +189,7 @@ class OneChannel : public Told {
 };
 
 /// Rays through the ellipse, for each direction anew.
-class Quadrature : public Told {
+class Quadrature : public RivalFacts {
  public:
   /// rays: 0, as the program takes.
   Quadrature(const Domain& domain, int rays) : domain_(domain), rays_(rays) {
@@ -274,7 +274,7 @@ void loop(benchmark::State& state, const Rival& rival, Do once) {
   for (auto _ : state) benchmark::DoNotOptimize(once(rival, all[i++ % all.size()]));
 }
 
-void tell(benchmark::State& state, const std::string& prefix, const std::vector<double>& errors) {
+void add_counters(benchmark::State& state, const std::string& prefix, const std::vector<double>& errors) {
   if (errors.empty()) return;
   const nlohmann::json spread = bench::spread(errors);
   for (const auto& [name, value] : spread.items()) state.counters[prefix + name] = value.get<double>();
@@ -286,8 +286,8 @@ std::shared_ptr<Lazy<Rival>> add(const std::string& name, std::function<std::uni
   benchmark::RegisterBenchmark((name + "/evaluate").c_str(), [rival](benchmark::State& state) {
     const Rival& made = rival->get();
     loop(state, made, [](const Rival& r, const Input& in) { return r.evaluate(in.row, in.x); });
-    tell(state, "error_", made.errors);
-    tell(state, "circle_error_", made.circle_errors);
+    add_counters(state, "error_", made.errors);
+    add_counters(state, "circle_error_", made.circle_errors);
     state.counters["rows"] = static_cast<double>(made.errors.size());
     state.counters["parts"] = made.parts / static_cast<double>(made.errors.size());
   });
@@ -331,7 +331,7 @@ void add_domain(const std::string& name) {
 }
 
 /// What the loops cost by themselves.
-struct Nothing : Told {
+struct Nothing : RivalFacts {
   Nothing() { rows = 128, errors = {0}; }
   Answer evaluate(std::size_t i, float x) const { return {glm::vec3(x), static_cast<float>(i), x}; }
   Answer sample(std::size_t i, float u, float u_other) const { return {glm::vec3(u_other), static_cast<float>(i), u}; }

@@ -1,4 +1,4 @@
-// The rows of bench_azimuthal_rivals with what is true of them, and what every rival tells.
+// The rows of bench_azimuthal_rivals with what is true of them, and what every rival reports.
 #pragma once
 
 #include <algorithm>
@@ -113,8 +113,8 @@ struct Answer {
   float pdf = 0, x = 0;
 };
 
-/// What all rivals tell beside their times.
-struct Told {
+/// What all rivals report beside their times.
+struct RivalFacts {
   std::vector<double> errors, circle_errors;  ///< of the rows that it has
   double parts = 0;                           ///< components or knots, mean
   std::size_t rows = 0;

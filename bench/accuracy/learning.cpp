@@ -111,7 +111,7 @@ nlohmann::json study(const Setting& setting) {
   const auto n = static_cast<double>(setting.rows);
   std::vector<double> errors(truths.size(), 1.0);
   double cpu = 0, g = 0;
-  nlohmann::json told = nlohmann::json::array();
+  nlohmann::json passes = nlohmann::json::array();
   adaptive::PassReport report;
   for (int pass = 1; pass <= setting.passes; ++pass) {
     report = rows.pass(setting.vertices);
@@ -127,13 +127,13 @@ nlohmann::json study(const Setting& setting) {
       if (view.fit != nullptr) errors[i] = truths[i].error(view);
     }
     const nlohmann::json spread = bench::spread(errors);
-    told.push_back({{"vertices", pass * setting.vertices},
-                    {"own", own / n},
-                    {"g", g / n},
-                    {"cpu_us", 1e6 * cpu / n},
-                    {"converged", static_cast<double>(report.rows_converged) / n},
-                    {"refused", static_cast<double>(report.rows_refused) / n},
-                    {"error", spread}});
+    passes.push_back({{"vertices", pass * setting.vertices},
+                      {"own", own / n},
+                      {"g", g / n},
+                      {"cpu_us", 1e6 * cpu / n},
+                      {"converged", static_cast<double>(report.rows_converged) / n},
+                      {"refused", static_cast<double>(report.rows_refused) / n},
+                      {"error", spread}});
     if (last) break;
   }
   int falsely = 0, below_hundredth = 0;
@@ -147,7 +147,7 @@ nlohmann::json study(const Setting& setting) {
           {"rows", setting.rows},
           {"seed", setting.options.seed},
           {"vertices_a_pass", setting.vertices},
-          {"passes", told},
+          {"passes", passes},
           {"below_a_hundredth_share", below_hundredth / n},
           {"false", falsely}};
 }

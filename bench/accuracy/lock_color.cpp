@@ -1,7 +1,7 @@
 // The absorption that makes a lock show a color, for fibers of every shape: what src/fiber/lock_color.cpp is fitted to
 // (bench/figures/lock_color.py), by paths through clear locks.
 //
-// Told as JSON: for each fiber the absorption per major semi-axis at each color.
+// Printed as JSON: for each fiber the absorption per major semi-axis at each color.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

@@ -184,9 +184,9 @@ nlohmann::json of_fiber(double alpha, double theta_r, std::uint64_t paths, std::
     for (const auto& [name, shape] : shapes) {
       const auto error = [&](const Width& width) { return distance(lobe(p, theta_r, shape, width), traced.flux[at]); };
       const Width best = best_width(rule, true, error);
-      const auto told = [&](const Width& width) { return std::max(error(width) - traced.noise[at], 0.0); };
-      one[name] = {{"rule", told(rule)},
-                   {"best", told(best)},
+      const auto beyond_noise = [&](const Width& width) { return std::max(error(width) - traced.noise[at], 0.0); };
+      one[name] = {{"rule", beyond_noise(rule)},
+                   {"best", beyond_noise(best)},
                    {"best_lambda_deg", best.lambda / degree},
                    {"best_shift_deg", best.shift / degree}};
     }

@@ -219,9 +219,9 @@ nlohmann::json map_of(const Slice& slice) {
   };
   for (const Row& row : slice.rows) {
     if (a != row.a) end_line(), a = row.a;
-    const bool told = row.lit && row.fitted;
+    const bool usable = row.lit && row.fitted;
     if (!line.empty()) line += ' ';
-    if (told)
+    if (usable)
       line += fmt::format("{:.0f}", 100 * std::log10(std::max(row.error, 1e-9)));
     else
       line += '-';

@@ -1,4 +1,4 @@
-// The random rows of the elliptical target that learners are measured on, and what their errors are told by.
+// The random rows of the elliptical target that learners are measured on, and what their errors are stated in.
 #pragma once
 
 #include <algorithm>

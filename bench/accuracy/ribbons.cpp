@@ -272,7 +272,7 @@ void measure(const Node& node, const Setting& setting, const std::vector<Budget>
   std::fflush(stdout);
 }
 
-void tell(const Budget& budget, const Results& results) {
+void print(const Budget& budget, const Results& results) {
   fmt::print("\n{}: relative L2, median / 90 %", budget.name);
   for (std::size_t s = 0; s < absorptions; ++s) {
     fmt::print("\n  sigma_a {:<5}", sigma_a[s]);
@@ -347,7 +347,7 @@ int run(const Setting& setting) {
   const std::vector<Budget> budgets{{"1024", 1024}, {"4096", 4096}, {"16384", 16384}, {"learned", 0}};
   std::vector<Results> results(budgets.size());
   for (const Node& node : all_nodes(setting)) measure(node, setting, budgets, results);
-  for (std::size_t i = 0; i < budgets.size(); ++i) tell(budgets[i], results[i]);
+  for (std::size_t i = 0; i < budgets.size(); ++i) print(budgets[i], results[i]);
   return 0;
 }
 

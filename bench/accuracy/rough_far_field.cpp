@@ -5,7 +5,7 @@
 // integrated twice, f and g, by independent points. The error,
 //   sqrt(sum (f - A)(g - B) / sum A B),
 // has neither the noise of the truth nor that of the integration in it. A lobe is compared where it has 1e-4 of the
-// light and where the truth tells it: |A - B| / 2 below half of it, in L2.
+// light and where the truth resolves it: |A - B| / 2 below half of it, in L2.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -111,7 +111,7 @@ double product(const std::vector<double>& a, const std::vector<double>& b) {
   return sum;
 }
 
-/// The two runs of the truth, and where they tell a lobe.
+/// The two runs of the truth, and where they resolve a lobe.
 struct Truth {
   FarField a, b;
   double energy(std::size_t part, std::size_t c) const {
@@ -162,7 +162,7 @@ class Gathered {
   void add(const std::string& key, const std::optional<double>& value) {
     if (value) values_[key].push_back(std::abs(*value));
   }
-  std::string told(const std::string& key) {
+  std::string text_of(const std::string& key) {
     std::vector<double>& all = values_[key];
     if (all.empty()) return "-";
     std::ranges::sort(all);
@@ -209,8 +209,8 @@ void print_tables(const Setting& setting, Gathered& gathered) {
   fmt::print("\n");
   for (const std::string& model : setting.models) {
     fmt::print("| {} |", model);
-    for (std::size_t p = 0; p < flux_parts; ++p) fmt::print(" {} |", gathered.told(key_of(model, "lobe", p)));
-    for (std::size_t c = 0; c < channels; ++c) fmt::print(" {} |", gathered.told(key_of(model, "sigma_a", c)));
+    for (std::size_t p = 0; p < flux_parts; ++p) fmt::print(" {} |", gathered.text_of(key_of(model, "lobe", p)));
+    for (std::size_t c = 0; c < channels; ++c) fmt::print(" {} |", gathered.text_of(key_of(model, "sigma_a", c)));
     fmt::print("\n");
   }
   const auto by = [&](const char* name, const std::vector<double>& values) {
@@ -219,7 +219,7 @@ void print_tables(const Setting& setting, Gathered& gathered) {
     fmt::print("\n");
     for (const std::string& model : setting.models) {
       fmt::print("| {} |", model);
-      for (const double x : values) fmt::print(" {} |", gathered.told(key_of(model, name, x)));
+      for (const double x : values) fmt::print(" {} |", gathered.text_of(key_of(model, name, x)));
       fmt::print("\n");
     }
   };
@@ -233,7 +233,8 @@ void print_tables(const Setting& setting, Gathered& gathered) {
   for (const std::string& model : setting.models) {
     fmt::print("| {} |", model);
     for (std::size_t p = 0; p < flux_parts; ++p) {
-      fmt::print(" {}; {} |", gathered.told(key_of(model, "energy", p)), gathered.largest(key_of(model, "energy", p)));
+      fmt::print(" {}; {} |", gathered.text_of(key_of(model, "energy", p)),
+                 gathered.largest(key_of(model, "energy", p)));
     }
     fmt::print("\n");
   }

@@ -9,7 +9,7 @@
 // sigma 1..10 as it is. e 0.7..1, eta 1.55, lobes and nodes of the slice uniform, E_p >= 0.001 (less is uniform in the
 // program). A vertex is one look-up with one azimuth drawn from the row's own proposal; --foreign adds uniform ones
 // that are observed and not scored. --trt split asks GLINT and the rest of TRT instead of TT, TRT and TRRT. --sigma-a
-// draws from the proposal under that absorption (per semi-axis), and tells how far the fits are from g under it,
+// draws from the proposal under that absorption (per semi-axis), and prints how far the fits are from g under it,
 // relative to the variation of that. `floor`: of the rows whose variation is below the least one that errors are
 // relative to.
 #include <fmt/format.h>

@@ -150,30 +150,30 @@ json study(const std::string& family, const Setting& setting) {
     misplaced.push_back(all[i].whole.misplaced);
     finer += all[i].whole.chi2 > setting.epsilon ? 1 : 0;
   }
-  json told{{"family", family},
-            {"epsilon", setting.epsilon},
-            {"rows", setting.rows},
-            {"converged", report.rows_converged},
-            {"refused", report.rows_refused},
-            {"false", falsely},
-            {"false_by_half", by_half},
-            {"chi2", spread(cells)},
-            {"objective", spread(objectives)},
-            {"paths_a_row", static_cast<double>(report.g_evaluations) / static_cast<double>(setting.rows)},
-            {"cpu_ms_a_row", 1e3 * report.learning_cpu_seconds / static_cast<double>(setting.rows)}};
+  json fields{{"family", family},
+              {"epsilon", setting.epsilon},
+              {"rows", setting.rows},
+              {"converged", report.rows_converged},
+              {"refused", report.rows_refused},
+              {"false", falsely},
+              {"false_by_half", by_half},
+              {"chi2", spread(cells)},
+              {"objective", spread(objectives)},
+              {"paths_a_row", static_cast<double>(report.g_evaluations) / static_cast<double>(setting.rows)},
+              {"cpu_ms_a_row", 1e3 * report.learning_cpu_seconds / static_cast<double>(setting.rows)}};
   const adaptive::SliceDescription& of_worst = nodes.slices[worst];
-  told["worst"] = {{"row", worst},
-                   {"chi2", all[worst].cells.chi2},
-                   {"deviation", all[worst].cells.deviation},
-                   {"objective", service.peek(static_cast<adaptive::SliceId>(worst), 0, 0).objective},
-                   {"parameters", of_worst.key.told_parameters()},
-                   {"node", {of_worst.axis_a[0], of_worst.axis_b[0]}}};
+  fields["worst"] = {{"row", worst},
+                     {"chi2", all[worst].cells.chi2},
+                     {"deviation", all[worst].cells.deviation},
+                     {"objective", service.peek(static_cast<adaptive::SliceId>(worst), 0, 0).objective},
+                     {"parameters", of_worst.key.told_parameters()},
+                     {"node", {of_worst.axis_a[0], of_worst.axis_b[0]}}};
   if (nodes.listed != nullptr) {
-    told["chi2_without_cells"] = spread(whole);
-    told["above_without_cells"] = finer;
-    told["misplaced"] = spread(misplaced);
+    fields["chi2_without_cells"] = spread(whole);
+    fields["above_without_cells"] = finer;
+    fields["misplaced"] = spread(misplaced);
   }
-  return told;
+  return fields;
 }
 
 }  // namespace
@@ -195,16 +195,17 @@ int main(int argc, char** argv) {
              "rows", "converged", "refused", "false", "x1.5", "chi2 p50", "p99", "whole p50", "p99", "above",
              "moved p50", "p99", "paths", "ms");
   for (const std::string& family : wanted) {
-    const json told = study(family, setting);
-    cases.push_back(told);
+    const json found = study(family, setting);
+    cases.push_back(found);
     const auto of = [&](const char* name, const char* quantile) {
-      return told.contains(name) ? told[name][quantile].get<double>() : NAN;
+      return found.contains(name) ? found[name][quantile].get<double>() : NAN;
     };
     fmt::print("{:7} {:6} {:9} {:7} {:5} {:5} {:8.4f} {:7.4f} {:9.4f} {:7.4f} {:6} {:9.4f} {:7.4f} {:6.0f} {:5.1f}\n",
-               family, setting.rows, told["converged"].get<int>(), told["refused"].get<int>(), told["false"].get<int>(),
-               told["false_by_half"].get<int>(), of("chi2", "p50"), of("chi2", "p99"), of("chi2_without_cells", "p50"),
-               of("chi2_without_cells", "p99"), told.value("above_without_cells", -1), of("misplaced", "p50"),
-               of("misplaced", "p99"), told["paths_a_row"].get<double>(), told["cpu_ms_a_row"].get<double>());
+               family, setting.rows, found["converged"].get<int>(), found["refused"].get<int>(),
+               found["false"].get<int>(), found["false_by_half"].get<int>(), of("chi2", "p50"), of("chi2", "p99"),
+               of("chi2_without_cells", "p50"), of("chi2_without_cells", "p99"), found.value("above_without_cells", -1),
+               of("misplaced", "p50"), of("misplaced", "p99"), found["paths_a_row"].get<double>(),
+               found["cpu_ms_a_row"].get<double>());
     std::fflush(stdout);
   }
   if (file.empty()) return 0;

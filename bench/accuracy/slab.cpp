@@ -7,7 +7,7 @@
 // and leaves at the top (back) or below (through). A fiber that is met shows the azimuth phi with a probability in
 // proportion to its width there. Three absorptions at once; paths that keep little end by roulette.
 //
-// Told: what leaves at the top and below, and in eight bins of sin theta_i at the top, over `fiber3d`'s.
+// Printed: what leaves at the top and below, and in eight bins of sin theta_i at the top, over `fiber3d`'s.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <tbb/parallel_for.h>

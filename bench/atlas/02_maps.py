@@ -1,5 +1,5 @@
 """What every model's density, energy, weights and error do over slices of the domain: heat maps, and who fails where.
-bench/atlas/maps.cpp tells what is measured, bench/accuracy/far_field.cpp how the last two slices compare with the traced
+bench/atlas/maps.cpp says what is measured, bench/accuracy/far_field.cpp how the last two slices compare with the traced
 rough fiber."""
 import concurrent.futures
 import json
@@ -14,7 +14,7 @@ SLICES = ("e", "sigma", "alpha", "eta", "sigma_a", "lambda", "sigma_e")
 QUICK_SLICES = ("e", "sigma", "lambda")
 # Of chi-square the chance that any cell of a right sampler fails.
 FAMILY = 0.001
-# What counts as bad, and how it is told. Scales: lowest and highest color, logarithmic or not.
+# What counts as bad, and how it is shown. Scales: lowest and highest color, logarithmic or not.
 MEASURES = {
     "mass": ("mass of the pdf", "off 1 by more than .005", (0.95, 1.05, False)),
     "energy": ("energy reflected", "above 1.01", (0.5, 1.5, False)),

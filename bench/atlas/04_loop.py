@@ -82,7 +82,7 @@ def one_picture(run, settings):
 
 
 def moving_camera(run, frames, epsilons=(1e-2, 1e-6)):
-    """{name: [what is told of each frame]}."""
+    """{name: [what is recorded of each frame]}."""
     turning = run.variant(run.scene("scenes/curly_lock.json"), "turning", lambda content: (
         content.update(camera={"turntable": {"frames": frames}}),
         content["grooms"][0].update(strands=600, radius_cm=0.015)))
@@ -111,7 +111,7 @@ def moving_camera(run, frames, epsilons=(1e-2, 1e-6)):
 def summed(settings, found, camera):
     """The JSON, of the two parts."""
     frames = settings["frames"]
-    told = tests(found, settings["blocks"])
+    block_tests = tests(found, settings["blocks"])
     passes = {name: found[name]["passes"] for name in FLAGS if name not in ("nodes", "exact")}
     growth = {}
     for name, events in passes.items():
@@ -127,7 +127,7 @@ def summed(settings, found, camera):
             "passes": {name: {key: [event[key] for event in events] for key in events[0]} for name, events in
                        passes.items()},
             "rows_against_target": {name: found[name]["rows"] for name in passes}, "growth_of_second_half": growth,
-            "block_tests": told, "camera": {name: {key: [event[key] for event in events] for key in events[0]}
+            "block_tests": block_tests, "camera": {name: {key: [event[key] for event in events] for key in events[0]}
                                             for name, events in camera.items()},
             "growth_of_second_turn": turn}
 

@@ -294,18 +294,18 @@ def measure_one(run, case, path, rival, samples, *more):
     flags = ["--estimator", rival] if rival in ESTIMATORS else ["--model", rival]
     done = run.bench("atlas_images", path, "-o", out, "--resolution", "%dx%d" % case.size, "--spp", samples, "--seed",
                      run.seed, *flags, *more)
-    told = json.loads(done.stdout)
+    printed = json.loads(done.stdout)
     pixels = figures.read(out).astype(numpy.float64)
     of_pixel, largest = luminance(pixels), channel(out, "largest")
     lit = of_pixel > 0.25 * max(1e-30, of_pixel.mean())
-    mean = told["mean"]
+    mean = printed["mean"]
     worst, inside = layers_of(out)
-    found = {key: told[key] for key in ("mean", "not_finite", "negative_share", "deviation", "hits_per_path", "most_hits",
+    found = {key: printed[key] for key in ("mean", "not_finite", "negative_share", "deviation", "hits_per_path", "most_hits",
                                         "share_of_top_1e-4", "exact_share")}
-    found.update({"cpu_seconds": done.cpu, "largest_over_mean": told["largest"] / mean if mean > 0 else 0.0,
-                  "least_over_mean": told["least"] / mean if mean > 0 else 0.0,
+    found.update({"cpu_seconds": done.cpu, "largest_over_mean": printed["largest"] / mean if mean > 0 else 0.0,
+                  "least_over_mean": printed["least"] / mean if mean > 0 else 0.0,
                   "largest_over_pixel": float(numpy.median((largest / numpy.maximum(of_pixel, 1e-30))[lit])) if lit.any() else 0.0,
-                  "noise": told["deviation"] / mean if mean > 0 else 0.0, "layers_off": worst, "a_and_channels": inside})
+                  "noise": printed["deviation"] / mean if mean > 0 else 0.0, "layers_off": worst, "a_and_channels": inside})
     return found, pixels
 
 
@@ -419,7 +419,7 @@ def measure_case(run, case, usual_samples, epsilon):
 def measure(run):
     usual_samples, epsilon = (1, 0.01) if run.quick else (16, 0.01)
     cases = [case for case in CASES if not (run.quick and case.slow)]
-    with concurrent.futures.ThreadPoolExecutor(3) as pool:  # CPU time is told, nobody is timed against another
+    with concurrent.futures.ThreadPoolExecutor(3) as pool:  # CPU time is recorded, nobody is timed against another
         measured = dict(zip([case.name for case in cases],
                             pool.map(lambda case: measure_case(run, case, usual_samples, epsilon), cases)))
     found = {}

@@ -1,5 +1,5 @@
 """Kills, signals, full and vanishing disks, damaged and foreign caches, eight sessions, jumping clocks, want of memory, each
-system call failing in turn: is anything that was saved lost, anything half written, any reason untold?
+system call failing in turn: is anything that was saved lost, anything half written, any reason unreported?
 
 Full disks and read-only folders are file systems of their own, which needs root; without it they are left out and said so."""
 import concurrent.futures
@@ -18,7 +18,7 @@ import charts
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from fault_cases import SCENE, Case, Desk, Disk, can_mount, read, strays, wait_for  # noqa: E402
 
-TITLE = "Faults: what is lost, half written or untold"
+TITLE = "Faults: what is lost, half written or unreported"
 COLUMNS = ("tries", "lost", "half_written", "untold", "crashed")
 
 
@@ -142,13 +142,13 @@ def kills_of_saves(run):
         process = subprocess.Popen([desk.program, "save", big, "-o", cache], stdout=subprocess.PIPE, text=True)
         first = process.stdout.readline()  # it is in its loop
         kill_within(process, after(chance.uniform(0, 0.03)))
-        told = [int(line) for line in [first, *process.communicate()[0].splitlines()] if line.strip()]
-        most = max([most, *told])
+        reported = [int(line) for line in [first, *process.communicate()[0].splitlines()] if line.strip()]
+        most = max([most, *reported])
         saves.counts["tries"] += 1
         saves.saw("temporary files left") if strays(out) else None
         rows = desk.rows(cache)
         if sum(rows.values()) < most:
-            saves.bad("lost", f"{most} rows were told saved, {rows} are there")
+            saves.bad("lost", f"{most} rows were reported saved, {rows} are there")
         desk.whole(saves, cache, before, killed=True)
     next_session(desk, saves, out)
 
@@ -367,7 +367,7 @@ def vanishing(run, ways):
                 take_away(out, disk)
                 process.send_signal(signal.SIGINT)
                 stderr = process.communicate()[1].decode(errors="replace")
-                # Told, or saved to what is now at that place.
+                # Reported, or saved to what is now at that place.
                 saved = os.path.exists(os.path.join(out, "a.exr")) and os.path.exists(os.path.join(out, "t.cache"))
                 case.counts["tries"] += 1
                 case.saw(f"exit {process.returncode}")
@@ -492,12 +492,12 @@ def system_calls(run):
                 for at in range(1, 40):
                     with open(os.path.join(out, "t.cache"), "wb") as file:
                         file.write(kept)
-                    told, before = desk.path("told"), desk.snapshot(out)
-                    if os.path.exists(told):
-                        os.remove(told)
+                    reported, before = desk.path("reported"), desk.snapshot(out)
+                    if os.path.exists(reported):
+                        os.remove(reported)
                     done = desk.do(command, environment={"LD_PRELOAD": library, "FAULT_CALL": call, "FAULT_AT": str(at),
-                                                         "FAULT_ERRNO": str(error), "FAULT_TOLD": told})
-                    if not os.path.exists(told):
+                                                         "FAULT_ERRNO": str(error), "FAULT_MARK": reported})
+                    if not os.path.exists(reported):
                         break
                     desk.judge(case, out, before, done.returncode, done.stderr)
                     if done.returncode == 0 and call != "fchmod":
@@ -582,7 +582,7 @@ def names(run):
 
 def draw(data, path):
     cases = data["cases"]
-    chart = charts.Chart("Faults: tries, and how often something was lost, half written, untold, or crashed", columns=1, rows=1,
+    chart = charts.Chart("Faults: tries, and how often something was lost, half written, unreported, or crashed", columns=1, rows=1,
                          width=11, height=0.8 + 0.21 * (len(cases) + 1))
     axis = chart.axes[0]
     axis.set_axis_off()
@@ -591,7 +591,7 @@ def draw(data, path):
     good, bad = "#d9f0d3", "#f4a582"
     colors = [["white", "white", "white", *(bad if value.replace(",", "") != "0" else good for value in row[3:])] for row in text]
     table = axis.table(cellText=text, cellColours=colors, loc="center", cellLoc="left", bbox=[0, 0, 1, 1],
-                       colLabels=["", "fault", "tries", "lost", "half written", "untold", "crashed"],
+                       colLabels=["", "fault", "tries", "lost", "half written", "unreported", "crashed"],
                        colWidths=[0.14, 0.42, 0.1, 0.08, 0.1, 0.08, 0.08])
     table.auto_set_font_size(False)
     table.set_fontsize(8)

@@ -1,7 +1,7 @@
 """Do 500 renders on one cache creep in memory, bytes, time or error?
 
 Short renders of changing shots (grooms, frames of a turning camera, materials of eight pages' shapes, colors that never come
-back, resolutions, seeds) append to one warm cache, a process each. Told of each: CPU time, peak memory, bytes of the file,
+back, resolutions, seeds) append to one warm cache, a process each. Recorded of each: CPU time, peak memory, bytes of the file,
 rows, share of the queries answered by tracing. Every tenth is one of two probes, held against its own picture by `exact`; at
 checkpoints every converged row of the file is held against its target (bench_atlas_loop --table). Creep is the slope of the
 second half, by least squares, with twice its standard error. The first shots again with 1, 2 and 8 threads in turn must leave
@@ -85,7 +85,7 @@ def slope(xs, ys):
 
 
 def new_materials(run, many):
-    """A cache that meets another material with every shot: what is told after each."""
+    """A cache that meets another material with every shot: what is recorded after each."""
     run.say(f"{many} materials on one cache")
     growth = []
     cache = run.path("materials.tress")
@@ -100,15 +100,15 @@ def new_materials(run, many):
     return growth
 
 
-def summed(told, probes, checks, references, same, growth, one_process):
+def summed(recorded, probes, checks, references, same, growth, one_process):
     """The JSON. references: mean and its standard error, of each probe."""
-    many = len(told["cpu"])
-    names = list(told)
+    many = len(recorded["cpu"])
+    names = list(recorded)
     half = many // 2
     at = list(range(half, many))
     plain = [i for i in at if i % PROBE_EVERY != PROBE_EVERY - 1]
-    creep = {name: slope(plain, [told[name][i] for i in plain]) for name in names if name != "paths"}
-    creep["cpu_a_path"] = slope(plain, [told["cpu"][i] / told["paths"][i] for i in plain])
+    creep = {name: slope(plain, [recorded[name][i] for i in plain]) for name in names if name != "paths"}
+    creep["cpu_a_path"] = slope(plain, [recorded["cpu"][i] / recorded["paths"][i] for i in plain])
     creep["probe_noise"] = slope([p["render"] for p in probes], [p["noise"] for p in probes])
     bias = numpy.array([p["bias"] for p in probes])
     x = numpy.array([p["render"] for p in probes], float)
@@ -121,7 +121,7 @@ def summed(told, probes, checks, references, same, growth, one_process):
                            "twice_error_of_mean": float(2 * ((bias.std(ddof=1) ** 2 / len(bias)) +
                                                              reference_error ** 2) ** 0.5)}
     return {"settings": {"renders": many, "strands": 150, "samples": 4, "materials": len(SHAPES)},
-            "renders": told, "probes": probes, "rows_against_target": checks, "same_again": same, "materials": growth,
+            "renders": recorded, "probes": probes, "rows_against_target": checks, "same_again": same, "materials": growth,
             "one_process": one_process, "creep_of_the_second_half": creep}
 
 
@@ -145,7 +145,7 @@ def measure(run):
 
     run.say(f"{many} renders on one cache")
     names = ("cpu", "learning_cpu", "peak_bytes", "file_bytes", "table_bytes", "rows", "open", "g_share", "paths")
-    told = {name: [] for name in names}
+    recorded = {name: [] for name in names}
     probes, checks, keeps = [], [], {}
 
     def one(i, rendered, cache, probe):
@@ -156,7 +156,7 @@ def measure(run):
                             ("file_bytes", os.path.getsize(cache)), ("table_bytes", last["bytes"]),
                             ("rows", rendered.summary["warm_cache"]["rows_saved"]), ("open", last["rows"]["open"]),
                             ("g_share", exact / max(queries, 1)), ("paths", last["samples"])):
-            told[name].append(value)
+            recorded[name].append(value)
         if probe is not None:
             picture = figures.read(rendered.picture).astype(numpy.float64)
             truth = references[probe]
@@ -169,7 +169,7 @@ def measure(run):
             shutil.copy(cache, copy)
             truth = json.loads(run.bench("atlas_loop", "--table", copy, "--epsilon", 0.01).stdout)
             checks.append({"renders": i + 1, **truth})
-            run.say(f"{i + 1}: {told['rows'][-1]} rows, {told['file_bytes'][-1]} bytes, {truth}")
+            run.say(f"{i + 1}: {recorded['rows'][-1]} rows, {recorded['file_bytes'][-1]} bytes, {truth}")
 
     sequence(run, "soak", many, lambda i: 1, one)
 
@@ -190,13 +190,13 @@ def measure(run):
     one_process = json.loads(run.bench(
         "atlas_soak", path, "--lives", lives, environment={"GLIBC_TUNABLES": "glibc.malloc.tcache_count=0"}).stdout)
 
-    return summed(told, probes, checks, [(one["mean"], one["error"]) for one in references], same, growth, one_process)
+    return summed(recorded, probes, checks, [(one["mean"], one["error"]) for one in references], same, growth, one_process)
 
 
 def draw(data, path):
     chart = charts.Chart(f"{TITLE}: {data['settings']['renders']} renders, {data['settings']['materials']} materials",
                          columns=3, rows=2, width=4.9, height=3.5)
-    told, n = data["renders"], len(data["renders"]["cpu"])
+    recorded, n = data["renders"], len(data["renders"]["cpu"])
     creep = data["creep_of_the_second_half"]
 
     def trend(axis, ys, name, unit, color):
@@ -210,13 +210,13 @@ def draw(data, path):
         axis.set_ylim(bottom=0)
         axis.set_xlabel("render")
 
-    trend(chart.axes[0], told["cpu"], "cpu", "CPU seconds a render", "#d62728")
-    chart.axes[0].plot(range(1, n + 1), told["learning_cpu"], ".", markersize=2, color="#1f77b4")
+    trend(chart.axes[0], recorded["cpu"], "cpu", "CPU seconds a render", "#d62728")
+    chart.axes[0].plot(range(1, n + 1), recorded["learning_cpu"], ".", markersize=2, color="#1f77b4")
     chart.axes[0].text(0.98, 0.12, "blue: learning", transform=chart.axes[0].transAxes, ha="right", fontsize=8,
                        color="#1f77b4")
-    trend(chart.axes[1], [b / 2 ** 20 for b in told["peak_bytes"]], "peak_bytes", "peak memory, MB", "#9467bd")
-    trend(chart.axes[2], [b / 1024 for b in told["file_bytes"]], "file_bytes", "cache file, KB", "#2ca02c")
-    trend(chart.axes[3], [100 * s for s in told["g_share"]], "g_share", "queries traced, %", "#ff7f0e")
+    trend(chart.axes[1], [b / 2 ** 20 for b in recorded["peak_bytes"]], "peak_bytes", "peak memory, MB", "#9467bd")
+    trend(chart.axes[2], [b / 1024 for b in recorded["file_bytes"]], "file_bytes", "cache file, KB", "#2ca02c")
+    trend(chart.axes[3], [100 * s for s in recorded["g_share"]], "g_share", "queries traced, %", "#ff7f0e")
     axis = chart.axes[4]
     for probe, marker in ((0, "o"), (1, "s")):
         mine = [p for p in data["probes"] if p["probe"] == probe]

@@ -1,4 +1,4 @@
-"""What study 6 asks of every fault: that nothing saved is lost, nothing is half written, the reason is told.
+"""What study 6 asks of every fault: that nothing saved is lost, nothing is half written, the reason is reported.
 
 A Case counts tries of one fault. After each try `Desk.judge` looks at the folder: each output absent, as it was, or whole
 and new; the cache a superset of what was saved (its merge with the old one is itself, to the byte); telemetry readable but
@@ -139,7 +139,7 @@ class Desk:
         return {name: read(os.path.join(out, name)) for name in ("a.exr", "a.png", "h.exr", "t.cache", "a.jsonl")}
 
     def judge(self, case, out, before, status, stderr, named=(), killed=False):
-        """named: of which names one must be told if it fails. No temporary file may stay unless it was killed."""
+        """named: of which names one must be named if it fails. No temporary file may stay unless it was killed."""
         case.counts["tries"] += 1
         case.saw(f"exit {status}")
         if status not in (0, 1, 2, 130, 143) and not (killed and status in STOPPED):

@@ -1,5 +1,5 @@
 /* Preloaded into the program: lets one system call fail, takes locks away, or lets the wall clock jump.
- * FAULT_CALL=write|fsync|rename|open|fchmod FAULT_AT=n FAULT_ERRNO=e: its n-th call fails, and says so in FAULT_TOLD.
+ * FAULT_CALL=write|fsync|rename|open|fchmod FAULT_AT=n FAULT_ERRNO=e: its n-th call fails, and says so in FAULT_MARK.
  * FAULT_LOCKS=1: flock says ENOLCK. FAULT_CLOCK=1: every look at the wall clock is a day before or after the last. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
@@ -20,8 +20,8 @@ static int fails(const char* call) {
   const char *wanted = getenv("FAULT_CALL"), *at = getenv("FAULT_AT"), *error = getenv("FAULT_ERRNO");
   if (!wanted || strcmp(wanted, call) != 0 || !at || !error) return 0;
   if (atomic_fetch_add(&calls, 1) + 1 != atoi(at)) return 0;
-  const char* told = getenv("FAULT_TOLD");
-  if (told) close((int)syscall(SYS_openat, AT_FDCWD, told, O_CREAT | O_WRONLY, 0600));
+  const char* reported = getenv("FAULT_MARK");
+  if (reported) close((int)syscall(SYS_openat, AT_FDCWD, reported, O_CREAT | O_WRONLY, 0600));
   errno = atoi(error);
   return 1;
 }

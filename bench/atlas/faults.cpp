@@ -44,7 +44,7 @@ std::size_t row_count(const TableSnapshot& image) {
   return rows;
 }
 
-/// Merges one row more with every save and tells on standard output how many are saved. Ends only where it fails.
+/// Merges one row more with every save and prints on standard output how many are saved. Ends only where it fails.
 int save_for_ever(const TableSnapshot& image, const std::string& output) {
   const std::size_t all = row_count(image);
   for (std::size_t rows = 1;; rows = std::min(rows + 1, all)) {
@@ -53,8 +53,8 @@ int save_for_ever(const TableSnapshot& image, const std::string& output) {
       std::fprintf(stderr, "%s\n", (update ? *update->refusal : update.error()).message().c_str());
       return 1;
     }
-    const std::string told = std::to_string(rows) + "\n";
-    if (::write(STDOUT_FILENO, told.data(), told.size()) < 0) return 1;
+    const std::string line = std::to_string(rows) + "\n";
+    if (::write(STDOUT_FILENO, line.data(), line.size()) < 0) return 1;
   }
 }
 

@@ -94,9 +94,9 @@ class Job {
         service_->publish(covered);
       }
     }
-    nlohmann::ordered_json told = statistics();
-    told["cpu_seconds"] = thread_cpu_seconds() - start;
-    return told;
+    nlohmann::ordered_json fields = statistics();
+    fields["cpu_seconds"] = thread_cpu_seconds() - start;
+    return fields;
   }
 
   image::Picture picture() const {
@@ -140,20 +140,21 @@ class Job {
       if (i + few >= all.size()) top += value;
     }
     const double n = std::max<double>(1, static_cast<double>(all.size())), mean = sum / n;
-    nlohmann::ordered_json told;
-    told["samples"] = all.size();
-    told["not_finite"] = samples_.not_finite;
-    told["mean"] = mean;
-    told["largest"] = all.empty() ? 0.0 : static_cast<double>(all.back());
-    told["least"] = all.empty() ? 0.0 : static_cast<double>(all.front());
-    told["deviation"] = std::sqrt(std::max(0.0, squares / n - mean * mean));
-    told["negative_share"] = negative / n;
-    told["share_of_top_1e-4"] = sum > 0 ? top / sum : 0.0;
-    told["hits_per_path"] = static_cast<double>(samples_.vertices) / n;
-    told["most_hits"] = samples_.longest;
+    nlohmann::ordered_json fields;
+    fields["samples"] = all.size();
+    fields["not_finite"] = samples_.not_finite;
+    fields["mean"] = mean;
+    fields["largest"] = all.empty() ? 0.0 : static_cast<double>(all.back());
+    fields["least"] = all.empty() ? 0.0 : static_cast<double>(all.front());
+    fields["deviation"] = std::sqrt(std::max(0.0, squares / n - mean * mean));
+    fields["negative_share"] = negative / n;
+    fields["share_of_top_1e-4"] = sum > 0 ? top / sum : 0.0;
+    fields["hits_per_path"] = static_cast<double>(samples_.vertices) / n;
+    fields["most_hits"] = samples_.longest;
     const std::uint64_t queries = film_.queries();
-    told["exact_share"] = queries > 0 ? static_cast<double>(film_.exact_queries()) / static_cast<double>(queries) : 0.0;
-    return told;
+    fields["exact_share"] =
+        queries > 0 ? static_cast<double>(film_.exact_queries()) / static_cast<double>(queries) : 0.0;
+    return fields;
   }
 
   const scene::Scene& scene_;
@@ -181,12 +182,12 @@ int run(const Setting& setting) {
   }
   for (const std::string& text : scene->warnings) fmt::print(stderr, "{}\n", text);
   Job job(setting, *scene);
-  const nlohmann::ordered_json told = job.run();
+  const nlohmann::ordered_json fields = job.run();
   if (const auto error = image::write_exr(setting.output, job.picture())) {
     fmt::print(stderr, "{}\n", error->message());
     return 1;
   }
-  fmt::print("{}\n", told.dump(1));
+  fmt::print("{}\n", fields.dump(1));
   return 0;
 }
 

@@ -42,7 +42,7 @@ constexpr double pi = std::numbers::pi;
 enum class Host {
   own,        ///< its own proposal, scored
   absorbed,   ///< likewise, each component of it a factor 1 to e^-12 weaker: of dark hair
-  uniform,    ///< of light sampling: told, not scored
+  uniform,    ///< of light sampling: observed, not scored
   clustered,  ///< likewise, all within 0.05 rad of one azimuth of the row's
   one_sided,  ///< likewise, all in [0, pi)
   beside,     ///< own, each with four clustered ones
@@ -192,18 +192,18 @@ class Asked {
     const adaptive::RowView view = service.look_up(slice, 0, 0);
     if (view.state != RowState::open) return;
     const float share = service.options().uniform_share_open;
-    const auto tell = [&](float x) { service.observe(view, x, view.nodes->density(x)); };
+    const auto observe = [&](float x) { service.observe(view, x, view.nodes->density(x)); };
     RandomStream of_row(seed_, i);
     const float centre = 6.28f * of_row.next();
     switch (stress_.host) {
       case Host::uniform:
-        return tell(static_cast<float>(2 * pi) * (random.next() - 0.5f));
+        return observe(static_cast<float>(2 * pi) * (random.next() - 0.5f));
       case Host::clustered:
-        return tell(centre + 0.1f * (random.next() - 0.5f));
+        return observe(centre + 0.1f * (random.next() - 0.5f));
       case Host::one_sided:
-        return tell(static_cast<float>(pi) * random.next());
+        return observe(static_cast<float>(pi) * random.next());
       case Host::beside:
-        for (int n = 0; n < 4; ++n) tell(centre + 0.1f * (random.next() - 0.5f));
+        for (int n = 0; n < 4; ++n) observe(centre + 0.1f * (random.next() - 0.5f));
         break;
       default:
         break;
@@ -255,7 +255,7 @@ nlohmann::json study(const Stress& stress, const Learner& learner, const bench::
   double cpu = 0;
   std::uint64_t g = 0, violations = 0, most_bytes = 0;
   adaptive::PassReport report;
-  bool told_ceiling = false;
+  bool reached_ceiling = false;
   const int most_passes = stress.samples > 0 ? 1 + (stress.samples + 15) / 16 : 65;
   int pass = 0;
   for (int left = stress.samples; pass < most_passes; ++pass) {
@@ -270,7 +270,7 @@ nlohmann::json study(const Stress& stress, const Learner& learner, const bench::
     report = service.publish();
     cpu += report.learning_cpu_seconds;
     g += report.g_evaluations;
-    told_ceiling = told_ceiling || report.at_ceiling;
+    reached_ceiling = reached_ceiling || report.at_ceiling;
     most_bytes = std::max(most_bytes, report.bytes);
     violations += report.bytes > options.memory_bytes ? 1 : 0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -317,7 +317,7 @@ nlohmann::json study(const Stress& stress, const Learner& learner, const bench::
           {"passes", pass + 1},
           {"ceiling_bytes", stress.bytes_a_row > 0 ? options.memory_bytes : 0},
           {"most_bytes", most_bytes},
-          {"told_ceiling", told_ceiling}};
+          {"told_ceiling", reached_ceiling}};
 }
 
 }  // namespace

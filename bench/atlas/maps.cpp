@@ -52,7 +52,7 @@ using fiber::FiberParameters;
 
 constexpr double pi = std::numbers::pi, degree = pi / 180;
 constexpr float own_xi1 = 0.37f, own_xi2 = 0.61f, own_h = 0.3f;
-constexpr double largest_error = 2e-3;  // of a mass or an energy that is told
+constexpr double largest_error = 2e-3;  // of a mass or an energy that is printed
 constexpr double largest_fit_error = 0.5;
 constexpr int narrow_samples = 300;  // where every sample is a trace of hundreds or thousands of rays
 
@@ -306,11 +306,11 @@ class SliceMaps {
       ellipses_.push_back(reference_of(cell, false));
       circles_.push_back(reference_of(cell, true));
     }
-    tell("references");
+    print_measures("references");
     for (const Rival& rival : rivals) {
       if (!settings.rival.empty() && settings.rival != rival.name) continue;
       measure(rival);
-      tell(rival.name);
+      print_measures(rival.name);
     }
   }
   nlohmann::ordered_json& json() { return json_; }
@@ -319,7 +319,7 @@ class SliceMaps {
   static nlohmann::ordered_json axis(const Axis& axis) {
     return {{"name", axis.name}, {"unit", axis.unit}, {"values", axis.values}};
   }
-  void tell(const char* what) const {
+  void print_measures(const char* what) const {
     fmt::print(stderr, "{:<8} {:<28} {:7.1f} s of CPU\n", json_["name"].get<std::string>(), what,
                static_cast<double>(std::clock()) / CLOCKS_PER_SEC);
   }
@@ -348,16 +348,16 @@ class SliceMaps {
     };
     const auto model = make(rival.estimator);
     const auto functions = rival.own == Own::functions ? make(fiber::Estimator::exact) : nullptr;
-    std::array<std::string, measures.size()> told;
+    std::array<std::string, measures.size()> texts;
     for (std::size_t k = 0; k < cells_.size(); ++k) {
       const Measured found = measure(rival, *model, functions.get(), k);
       for (std::size_t m = 0; m < measures.size(); ++m) {
-        told[m] += k > 0 ? " " : "";
-        told[m] += !found[m] ? "-" : m < 2 ? fmt::format("{:.3f}", *found[m]) : fmt::format("{:.2g}", *found[m]);
+        texts[m] += k > 0 ? " " : "";
+        texts[m] += !found[m] ? "-" : m < 2 ? fmt::format("{:.3f}", *found[m]) : fmt::format("{:.2g}", *found[m]);
       }
     }
     for (std::size_t m = 0; m < measures.size(); ++m) {
-      if (told[m].find_first_not_of("- ") != std::string::npos) json_["cells"][rival.name][measures[m]] = told[m];
+      if (texts[m].find_first_not_of("- ") != std::string::npos) json_["cells"][rival.name][measures[m]] = texts[m];
     }
   }
 

@@ -5,7 +5,7 @@
 //
 // Prints JSON: after each life the resident bytes, the bytes that are allocated on the heap (mallinfo2) without the
 // saved table, and those of that; and how each grew over the second half, in bytes. Lives differ in seed. Under
-// valgrind or LeakSanitizer a few lives tell what is lost.
+// valgrind or LeakSanitizer a few lives show what is lost.
 #include <malloc.h>
 #include <unistd.h>
 
@@ -78,7 +78,7 @@ void live(const Settings& settings, int life, std::string& saved) {
 
 int run(const Settings& settings) {
   std::vector<std::uint64_t> resident, heap, table;
-  for (auto* told : {&resident, &heap, &table}) told->reserve(static_cast<std::size_t>(settings.lives));
+  for (auto* series : {&resident, &heap, &table}) series->reserve(static_cast<std::size_t>(settings.lives));
   std::string saved;
   for (int life = 0; life < settings.lives; ++life) {
     live(settings, life, saved);

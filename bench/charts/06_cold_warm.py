@@ -2,7 +2,7 @@
 
 All three read the same model, so that their noise falls alike; cold pays for learning and for tracing vertices whose rows are not
 there yet, warm for reading a cache (left by a render of another seed), prebaked for the whole table first. T(noise) = startup
-+ once + passes, as pictures.py tells; the passes of a converged table are those of the prebaked render in the same round, and
++ once + passes, as pictures.py says; the passes of a converged table are those of the prebaked render in the same round, and
 what a cold render takes beyond them in its N samples is its `once`.
 """
 import json
@@ -50,13 +50,13 @@ def measure(run):
         rivals = [pictures.RIVALS[way] for way in WAYS]
         made, seconds = pictures.tables(run, scene, name, size, samples, rivals)
         known = run.reference(scene, *pictures.OURS, "--resolution", size, samples=32 if run.quick else 64)
-        told, cold_cache = {}, run.path(name + "_cold.cache")
+        tables, cold_cache = {}, run.path(name + "_cold.cache")
 
         def one(rival):
             def ask(turn):
                 more = ["--warm-cache", cold_cache, "--cache-mode", "scratch"] if rival.name == "cold" else []
                 done = pictures.render(run, scene, f"{name}_{rival.name}", rival, size, samples, run.seed + turn, made, *more)
-                told[rival.name] = table_of(done)
+                tables[rival.name] = table_of(done)
                 return {**pictures.costs(done, samples), "noise": known.noise_of(done.picture),
                         "learning": sum(event["learning_cpu_seconds"] for event in done.passes)}
             return ask
@@ -74,7 +74,7 @@ def measure(run):
                 way: charts.interval([max(0.0, extra) / s + 1 for extra, s in zip(found[way]["extra"]["values"], steady)])
                 for way in WAYS}, "prebaked and its bake": charts.interval([1 + seconds["baked"] / s for s in steady])}
         result["scenes"][label] = {
-            "size": size, "ways": found, "tables": told, "noise": noise, "over_converged": times, "seconds": seconds,
+            "size": size, "ways": found, "tables": tables, "noise": noise, "over_converged": times, "seconds": seconds,
             "files": {"cold": cache_info(run, cold_cache), "prebaked": cache_info(run, made["baked"])}}
     return result
 

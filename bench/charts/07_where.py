@@ -1,7 +1,7 @@
 """Where the time of a render goes: the renderer's own rays, shading events and light draws, replayed part by part.
 
 bench_replay (bench/image/replay.cpp) does it, on one thread. `limit` is everything but scattering: a free BCSDF. Of rays,
-Embree's own share (traversal and ribbons) is told from ours (silhouette filter, frames of hits) by the program counter.
+Embree's own share (traversal and ribbons) is separated from ours (silhouette filter, frames of hits) by the program counter.
 Learning is what a cold render takes beyond the same render with the table that it taught, traces of nodes included.
 """
 import json
@@ -91,7 +91,7 @@ def draw(data, path):
     left = [0.0] * len(names)
     for label, color in PARTS.items():
         sizes = [100 * cases[name]["shares"][label] for name in names]
-        drawn = [max(0.0, size) for size in sizes]  # a rest below zero is told by the gap to 100
+        drawn = [max(0.0, size) for size in sizes]  # a rest below zero is shown by the gap to 100
         bars.barh(rows, drawn, left=left, color=color, label=label)
         for row, size in enumerate(sizes):
             if size >= 4:

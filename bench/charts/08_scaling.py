@@ -1,7 +1,7 @@
 """How a render's cost grows: with threads, strands, resolution, distinct materials and bounces.
 
 Costs are CPU seconds between start-up and saving (telemetry's passes) a sample of a pixel, the least of the rounds, in which
-the sizes take turns; start-up (loading, building, saving) is told apart. Growth is a power law fitted to the upper half of the
+the sizes take turns; start-up (loading, building, saving) is measured apart. Growth is a power law fitted to the upper half of the
 sizes, with its standard error. Threads: wall time of the passes, best of the rounds, and the CPU time of N threads over that
 of one, which a machine's load does not touch: cores of one's own would be N / inflation times as fast, at best.
 """

@@ -1,7 +1,7 @@
 """No more than a scene needs: the bias of the picture against what was learned for it, epsilon beside the light-driven rule.
 
 Every table is learned by one render; bench_picture_bias then takes the picture by its fits and that by g at the nodes,
-along the same paths, so that the bias of the fits is seen and neither noise nor the grid. The saving is told at the bias that
+along the same paths, so that the bias of the fits is seen and neither noise nor the grid. The saving is stated at the bias that
 a uniform epsilon has, by interpolation between the settings of the other rule in logarithms.
 """
 import json
@@ -38,9 +38,9 @@ def one(run, scene, size, flag, value, name):
            "open": last["rows"]["open"], "components": sum(d * n for d, n in enumerate(components)),
            "bytes": last["bytes"], "g": sum(p["g_evaluations"] for p in learned.passes),
            "learning_cpu": sum(p["learning_cpu_seconds"] for p in learned.passes), "bound": last["bias_bound"]}
-    told = run.bench("picture_bias", scene, table, "--size", size, "--spp", 8 if run.quick else 16, "--seeds",
+    done = run.bench("picture_bias", scene, table, "--size", size, "--spp", 8 if run.quick else 16, "--seeds",
                      4 if run.quick else 8)
-    bias = json.loads(told.stdout)
+    bias = json.loads(done.stdout)
     out.update({key: bias[key] for key in ("bias", "bias_error", "block_rms")})
     run.say(f"{name}: {json.dumps(out)}")
     return out
@@ -52,17 +52,17 @@ def savings(points):
         return max(abs(point["bias"]), point["bias_error"])
 
     light = sorted((p for p in points if p["rule"] == "picture-error"), key=error)
-    told = {}
+    savings = {}
     for uniform in (p for p in points if p["rule"] == "epsilon"):
         if abs(uniform["bias"]) < 3 * uniform["bias_error"]:
             continue  # its bias was not seen
         for low, high in zip(light, light[1:]):
             if error(low) <= error(uniform) <= error(high) and error(low) < error(high):
                 at = math.log(error(uniform) / error(low)) / math.log(error(high) / error(low))
-                told[str(uniform["value"])] = {
+                savings[str(uniform["value"])] = {
                     cost: 1 - math.exp((1 - at) * math.log(low[cost]) + at * math.log(high[cost])) / uniform[cost]
                     for cost in COSTS}
-    return told
+    return savings
 
 
 def measure(run):

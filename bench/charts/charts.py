@@ -44,7 +44,7 @@ PICTURE_FOLDERS = ("include", "adaptive", "src/fiber", "src/models", "src/refere
 # ---- programs -------------------------------------------------------------------------------------------------------
 
 # A small process between, which forks: a child's peak memory is counted from the process that it is forked from, and this one
-# has numpy. Writes the wait status, CPU seconds and kilobytes of the child to the file descriptor it is told.
+# has numpy. Writes the wait status, CPU seconds and kilobytes of the child to the file descriptor it is given.
 LAUNCHER = """import os, sys
 child = os.fork()
 if child == 0:
@@ -58,12 +58,12 @@ class Done:
 
     def __init__(self, command, environment=None):
         start = time.monotonic()
-        told, tell = os.pipe()
-        done = subprocess.run([sys.executable, "-S", "-E", "-c", LAUNCHER, str(tell), *command], capture_output=True,
-                              text=True, pass_fds=[tell], env={**os.environ, **(environment or {})})
+        reading, writing = os.pipe()
+        done = subprocess.run([sys.executable, "-S", "-E", "-c", LAUNCHER, str(writing), *command], capture_output=True,
+                              text=True, pass_fds=[writing], env={**os.environ, **(environment or {})})
         self.wall = time.monotonic() - start
-        os.close(tell)
-        with os.fdopen(told) as pipe:
+        os.close(writing)
+        with os.fdopen(reading) as pipe:
             words = pipe.read().split()
         self.stdout, self.stderr = done.stdout, done.stderr
         code = os.waitstatus_to_exitcode(int(words[0])) if words else done.returncode

@@ -1,6 +1,6 @@
 """What the charts of whole pictures (4, 5 and 6) share: grooms and hair colors, rivals, tables, CPU time to a noise.
 
-Noise falls with the root of the samples, so a picture of N samples with noise n tells what one of noise t takes:
+Noise falls with the root of the samples, so a picture of N samples with noise n shows what one of noise t takes:
 
     T(t) = once + sample * N * (n / t)^2
 
@@ -14,7 +14,7 @@ import os
 import charts
 import figures
 
-TARGET = 0.05  # the noise that times are told for
+TARGET = 0.05  # the noise that times are stated for
 
 COLORS = {"light": {"eumelanin": 0.25, "pheomelanin": 0.35}, "brown": {"eumelanin": 1.3}, "dark": {"eumelanin": 8.0}}
 GROOMS = {"curly lock": ("scenes/curly_lock.json", None), "straight groom": ("scenes/straight_groom.json", None),
@@ -45,8 +45,8 @@ def scene(run, groom, color=None, name=None, **material):
 
 
 class Rival:
-    """flags: of its renders; converged: of the renders that tell what they converge to; table: the one made beforehand that
-    it reads; part: of the samples that ours takes, 1/4 where a sample is dear or tells enough."""
+    """flags: of its renders; converged: of the renders that show what they converge to; table: the one made beforehand that
+    it reads; part: of the samples that ours takes, 1/4 where a sample is dear or shows enough."""
 
     def __init__(self, name, label, *flags, converged=None, table=None, part=0.5):
         self.name, self.label, self.flags, self.table, self.part = name, label, list(flags), table, part

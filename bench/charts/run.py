@@ -15,7 +15,7 @@ usage: bench/charts/run.py [--all] [--atlas] [--quick] [--short] [--chart N ...]
     --draw         draws from the JSON that is there, measures nothing
 
 Writes NAME.json, NAME.png and NAME.svg into FOLDER (build/charts or build/atlas; of full runs bench/results/charts and
-bench/results/atlas hold what the documents tell). References are kept in build/references, or in the folder that TRESS_REFERENCES names. Needs Debian's
+bench/results/atlas hold what the documents say). References are kept in build/references, or in the folder that TRESS_REFERENCES names. Needs Debian's
 python3-openimageio, python3-matplotlib and python3-numpy (/usr/bin/python3), and tress and the target `benches`, built.
 """
 import argparse

@@ -13,7 +13,7 @@ COLORS = ["black", "dark brown", "brown", "light brown", "auburn", "red", "blond
 CROP = "32,40,48,56"
 
 
-def tell_returned(options):
+def print_returned(options):
     for name in COLORS:
         scene = {"environment": {"constant": [1, 1, 1]}, "grooms": [{"file": os.path.abspath(options.lock), "up": "z"}],
                  "materials": [{"name": "lock", "hair": name}]}
@@ -31,7 +31,7 @@ def tell_returned(options):
 def main():
     options = figures.parse(__doc__, samples=48, size="104x160", add=lambda p: p.add_argument("--lock"))
     if options.lock:
-        tell_returned(options)
+        print_returned(options)
         return
     cells = []
     for name in COLORS:

@@ -10,7 +10,7 @@ import figures
 
 
 def models(options):
-    """Names of all models, ours first, as the program tells them when it is given a wrong one."""
+    """Names of all models, ours first, as the program lists them when it is given a wrong one."""
     import subprocess
     done = subprocess.run([options.tress, "render", "x.json", "-o", "x.exr", "--model", "none-such"], capture_output=True,
                           text=True)

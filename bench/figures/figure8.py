@@ -4,7 +4,7 @@
 usage: bench/figures/figure8.py [-o FOLDER] [--tress PROGRAM] [--azimuth PROGRAM]
 figure8.png shows a lock of blond hair under two small lights (figure8.json, detectors of one degree) with 10 and with
 100 points: beauty, TRT and TT. figure8_curves.png and .svg show N of TT and TRT against the azimuth with 10, 35 and 100
-points beside the exact reference of `tress-lab fit`, and tell the relative L2 error of each. With ten points the Gaussians do
+points beside the exact reference of `tress-lab fit`, and print the relative L2 error of each. With ten points the Gaussians do
 not overlap, so that the azimuth has one spike for each: hair glints in stripes and is dark between them.
 The curves come from the program bench_azimuth beside tress (`cmake --build build/release --target bench_azimuth`).
 """

@@ -5,7 +5,7 @@
 
 With --only-untilted the rows of tilted fibers stay as the header has them, to the digit: pictures of theirs do not change.
 `bench_lock_color --tilt 0` is then enough.
-Of each fiber ln(sigma_a / y), y = -ln(color), is a cubic in the root of y, fitted so that the color is off least. Tells how
+Of each fiber ln(sigma_a / y), y = -ln(color), is a cubic in the root of y, fitted so that the color is off least. Prints how
 far the fit is from what was measured, in units of the color.
 """
 

@@ -126,9 +126,9 @@ def main():
             scenes[name] = measured(scene, rivals, options, folder)
         context["load"].append(round(os.getloadavg()[0], 1))
         for rival in list(rivals)[1:]:
-            told = [f"{what} {scenes[name][rival][what + '_over_old']['value']:.2f} +- "
+            words = [f"{what} {scenes[name][rival][what + '_over_old']['value']:.2f} +- "
                     f"{scenes[name][rival][what + '_over_old']['error']:.2f}" for what in ("variance", "time", "both")]
-            print(f"{name:16} {rival:14} {', '.join(told)}", flush=True)
+            print(f"{name:16} {rival:14} {', '.join(words)}", flush=True)
         with open(options.output, "w") as out:
             json.dump({"context": context, "scenes": scenes}, out, indent=1)
             out.write("\n")

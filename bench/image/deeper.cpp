@@ -53,7 +53,7 @@ struct Renders {
   std::vector<double> seconds;
   double learning_seconds = 0;
   integrate::DeeperProgress deeper;
-  std::vector<integrate::Brightening> told;
+  std::vector<integrate::Brightening> reported;
 
   /// Mean over the values of the variance across all renders but `left_out`, and their mean CPU time.
   double variance(std::size_t left_out) const {
@@ -150,7 +150,7 @@ int run(Setting setting) {
     fmt::print(stderr, "{}\n", scene.error().message());
     return 1;
   }
-  // So that brightness is that of the hair, as the bias that is told.
+  // So that brightness is that of the hair, as the bias that is reported.
   if (setting.deep_light != integrate::DeepLight::traced) scene->environment_visible = false;
   const fiber::ModelInfo& info = *references::find_model("elliptical");
   const fiber::ModelService learned = fiber::make_service(info, {});
@@ -187,7 +187,7 @@ int run(Setting setting) {
                                                                  return true;
                                                                });
       renders.seconds.push_back(process_seconds() - start);
-      renders.told.push_back(result.deep_light.value_or(integrate::DeepLightBias{}));
+      renders.reported.push_back(result.deep_light.value_or(integrate::DeepLightBias{}));
       std::vector<float>& all = renders.pictures.emplace_back();
       for (const char* channel : {"R", "G", "B"}) {
         const std::vector<float>& pixels = result.picture.find(channel)->pixels;
@@ -199,40 +199,40 @@ int run(Setting setting) {
   const auto variance = [](const Renders& of, std::size_t out) { return of.variance(out); };
   const auto time = [](const Renders& of, std::size_t out) { return of.time(out); };
   const auto product = [](const Renders& of, std::size_t out) { return of.variance(out) * of.time(out); };
-  nlohmann::ordered_json told{{"scene", setting.scene}, {"size", setting.size},   {"samples", setting.samples},
-                              {"pairs", setting.pairs}, {"teach", setting.teach}, {"seed", setting.seed}};
-  const auto tell = [&](const char* name, const Ratio& ratio) {
-    told[name] = {{"value", ratio.value}, {"error", ratio.error}};
+  nlohmann::ordered_json fields{{"scene", setting.scene}, {"size", setting.size},   {"samples", setting.samples},
+                                {"pairs", setting.pairs}, {"teach", setting.teach}, {"seed", setting.seed}};
+  const auto add = [&](const char* name, const Ratio& ratio) {
+    fields[name] = {{"value", ratio.value}, {"error", ratio.error}};
     fmt::print("{:16} {:.3f} +- {:.3f}\n", name, ratio.value, ratio.error);
   };
-  tell("variance", ratio_of(after, before, variance));
-  tell("time", ratio_of(after, before, time));
-  tell("variance_x_time", ratio_of(after, before, product));
+  add("variance", ratio_of(after, before, variance));
+  add("time", ratio_of(after, before, time));
+  add("variance_x_time", ratio_of(after, before, product));
   const std::size_t all = before.pictures.size();
-  told["noise_before"] = std::sqrt(before.variance(all)) / before.mean();
-  told["noise_after"] = std::sqrt(after.variance(all)) / after.mean();
-  told["seconds_before"] = before.time(all);
-  told["mean_ratio"] = after.mean() / before.mean();
+  fields["noise_before"] = std::sqrt(before.variance(all)) / before.mean();
+  fields["noise_after"] = std::sqrt(after.variance(all)) / after.mean();
+  fields["seconds_before"] = before.time(all);
+  fields["mean_ratio"] = after.mean() / before.mean();
   const auto brightness = [](const Renders& of, std::size_t out) { return of.mean(out); };
-  tell("brightness", ratio_of(after, before, brightness));
+  add("brightness", ratio_of(after, before, brightness));
   if (setting.deep_light == integrate::DeepLight::learned) {
     double value = 0, squares = 0;
     const auto pairs = static_cast<double>(setting.pairs);
-    for (const integrate::Brightening& one : after.told) {
+    for (const integrate::Brightening& one : after.reported) {
       value += one.value / pairs;
       squares += one.error * one.error;
     }
-    tell("told_bias", {value, std::sqrt(squares) / pairs});
-    tell("told_bias_of_one", {after.told.front().value, after.told.front().error});
-    told["block_bias"] = block_bias(before, after, setting.size);
-    fmt::print("{:16} {:.3f}\n", "block_bias", told["block_bias"].get<double>());
+    add("told_bias", {value, std::sqrt(squares) / pairs});
+    add("told_bias_of_one", {after.reported.front().value, after.reported.front().error});
+    fields["block_bias"] = block_bias(before, after, setting.size);
+    fmt::print("{:16} {:.3f}\n", "block_bias", fields["block_bias"].get<double>());
   }
-  told["learning_share"] = after.learning_seconds / (after.time(all) * static_cast<double>(all));
-  told["places"] = after.deeper.places;
-  told["copies"] = after.deeper.copies;
-  told["bytes"] = after.deeper.bytes;
-  fmt::print("{}\n", told.dump());
-  if (!setting.json.empty()) std::ofstream(setting.json) << told.dump(1) << "\n";
+  fields["learning_share"] = after.learning_seconds / (after.time(all) * static_cast<double>(all));
+  fields["places"] = after.deeper.places;
+  fields["copies"] = after.deeper.copies;
+  fields["bytes"] = after.deeper.bytes;
+  fmt::print("{}\n", fields.dump());
+  if (!setting.json.empty()) std::ofstream(setting.json) << fields.dump(1) << "\n";
   return 0;
 }
 

@@ -6,7 +6,7 @@ usage: bench/image/models.py [BUILD] [-o FILE] [--spp N] [--seeds N] [--truth N]
 The scenes of chart 4, and blond hair in a city. Each model is taught by one render, then rendered with its table frozen, the
 models taking turns, a seed each turn. Noise n^2 is the variance over seeds, mean of the pixels that are lit, over the square of
 their mean; the time to 5 % noise is once + sample N (n / 0.05)^2 as in chart 4 (bench/charts/pictures.py). The error is the
-root mean square difference of means of 8 x 8 pixels from the truth's over its mean, what variances over seeds tell of noise
+root mean square difference of means of 8 x 8 pixels from the truth's over its mean, what variances over seeds show of noise
 taken out. The truth is `rough` without a row, --truth seeds (0: none) of four times the samples: every hit is a traced path and
 sees lights without bias, which fiber3d, the same in the mean, does with much more noise under small lights. Standard errors are
 by leaving out one seed at a time. FLAG: more options of every `rough` render.
@@ -144,8 +144,8 @@ def main():
         if not found:
             continue
         scenes.append(found)
-        tell = {key: f"{value['value']:.3f} +- {value['standard_error']:.3f}" for key, value in found.items() if "standard_error" in str(value)}
-        print(name, tell, {key: value for key, value in found.items() if key.endswith("brightness")}, flush=True)
+        shown = {key: f"{value['value']:.3f} +- {value['standard_error']:.3f}" for key, value in found.items() if "standard_error" in str(value)}
+        print(name, shown, {key: value for key, value in found.items() if key.endswith("brightness")}, flush=True)
         with open(options.output, "w") as out:
             json.dump({"context": charts.context(run), "scenes": scenes}, out, indent=1)
             out.write("\n")

@@ -5,7 +5,7 @@ usage: bench/image/near.py GROOM [BUILD] [--up AXIS] [--melanin X] [--seeds N] [
 
 GROOM stands in a white surround that the camera does not see, framed. The renders take turns, a seed each turn. Standard errors are over
 seeds; the error of a block (8 x 8 pixels) is the root mean square difference from the truth's mean over its mean, what variances
-over seeds tell of noise taken out. CPU is of whole processes. FLAG: more options of every render.
+over seeds show of noise taken out. CPU is of whole processes. FLAG: more options of every render.
 """
 import argparse
 import json

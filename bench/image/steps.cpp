@@ -5,9 +5,9 @@
 //
 // A table is taught first and learns nothing after. Then each step renders the same picture, in turns, on one thread,
 // under as many seeds. Prints JSON: of each step the CPU seconds, the variance of a pixel across seeds and what the
-// renders told of it, both relative to the mean squared where anything is covered, the mean itself, and variance times
-// time relative to the first, with its standard error (jackknife over seeds). Steps add up in their order, but for
-// those that stand alone.
+// renders reported of it, both relative to the mean squared where anything is covered, the mean itself, and variance
+// times time relative to the first, with its standard error (jackknife over seeds). Steps add up in their order, but
+// for those that stand alone.
 
 #include <tbb/global_control.h>
 
@@ -63,9 +63,9 @@ struct Settings {
 
 /// Of one step and seed.
 struct Rendered {
-  double cpu_seconds = 0, told = 0;  ///< told: variance of a pixel over the mean squared
-  double covered = 0;                ///< pixels
-  std::vector<double> values;        ///< R, G, B of all pixels
+  double cpu_seconds = 0, reported = 0;  ///< reported: variance of a pixel over the mean squared
+  double covered = 0;                    ///< pixels
+  std::vector<double> values;            ///< R, G, B of all pixels
 };
 
 Rendered rendered(const scene::Scene& scene, const geometry::FiberScene& fibers, fiber::FiberModel& model,
@@ -76,7 +76,7 @@ Rendered rendered(const scene::Scene& scene, const geometry::FiberScene& fibers,
   const double start = thread_cpu_seconds();
   const integrate::RenderResult result =
       integrate::render(scene, fibers, model, ids, service, options, never, [&](const integrate::PassProgress& pass) {
-        out.told = pass.noise * pass.noise;
+        out.reported = pass.noise * pass.noise;
         return true;
       });
   out.cpu_seconds = thread_cpu_seconds() - start;
@@ -119,14 +119,14 @@ double cost(const std::vector<Rendered>& seeds, int left_out) {
   return relative_variance(seeds, left_out) * seconds;
 }
 
-nlohmann::ordered_json told(const std::vector<std::vector<Rendered>>& all) {
+nlohmann::ordered_json to_json(const std::vector<std::vector<Rendered>>& all) {
   nlohmann::ordered_json out;
   const int n = static_cast<int>(all.front().size());
   for (std::size_t step = 0; step < step_count; ++step) {
-    double mean = 0, told = 0, seconds = 0;
+    double mean = 0, reported = 0, seconds = 0;
     const double variance = relative_variance(all[step], -1, &mean);
     for (const Rendered& one : all[step]) {
-      told += one.told / n;
+      reported += one.reported / n;
       seconds += one.cpu_seconds / n;
     }
     const double ratio = cost(all[step], -1) / cost(all[0], -1);
@@ -138,7 +138,7 @@ nlohmann::ordered_json told(const std::vector<std::vector<Rendered>>& all) {
     out.push_back({{"step", steps[step].name},
                    {"cpu_seconds", seconds},
                    {"variance", variance},
-                   {"told_over_true_variance", told / variance},
+                   {"told_over_true_variance", reported / variance},
                    {"mean", mean},
                    {"variance_times_time", ratio},
                    {"standard_error", std::sqrt(spread)}});
@@ -182,7 +182,7 @@ int run(const Settings& settings) {
     }
   nlohmann::ordered_json out = {
       {"scene", settings.scene},     {"width", by_contrast.image.width}, {"height", by_contrast.image.height},
-      {"samples", settings.samples}, {"seeds", settings.seeds},          {"steps", told(all)}};
+      {"samples", settings.samples}, {"seeds", settings.seeds},          {"steps", to_json(all)}};
   std::printf("%s\n", out.dump(1).c_str());
   return 0;
 }

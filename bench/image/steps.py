@@ -47,7 +47,7 @@ def main():
         found.append(measured)
         for step in measured["steps"]:
             print(f"{name:18} {step['step']:32} {step['variance_times_time']:.2f} +- {step['standard_error']:.2f}, "
-                  f"told {step['told_over_true_variance']:.2f}", flush=True)
+                  f"reported {step['told_over_true_variance']:.2f}", flush=True)
         with open(options.output, "w") as out:
             json.dump({"context": context, "scenes": found}, out, indent=1)
             out.write("\n")

@@ -5,7 +5,7 @@
 // A picture is rendered to teach the rows, then one sample a pixel is traced and its rays are recorded. Each tree is
 // built and meets them beside the default one, in turns, on one thread; built one at a time. Prints JSON: of each tree
 // its bytes and build seconds over those of the default one, the medians over the rounds of its CPU time over that of
-// the default tree, by kind of ray and for all, and the share of rays that it decides otherwise. `same again` tells
+// the default tree, by kind of ray and for all, and the share of rays that it decides otherwise. `same again` shows
 // what noise is.
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -277,9 +277,9 @@ nlohmann::ordered_json asked_otherwise(const scene::Scene& scene, const FiberSce
   const std::vector<ShadowRay>& rays = paths.shadow_rays;
   const auto one_by_one = [&] { met += bare.one_by_one(rays); };
   for (const bool coherent : {false, true}) {
-    const std::string told = coherent ? ", said to be coherent" : "";
-    found["packets of 8" + told] = ratio([&] { met += bare.by_eight(rays, coherent); }, one_by_one);
-    found["streams of 64" + told] = ratio([&] { met += bare.in_streams(rays, coherent); }, one_by_one);
+    const std::string hint = coherent ? ", said to be coherent" : "";
+    found["packets of 8" + hint] = ratio([&] { met += bare.by_eight(rays, coherent); }, one_by_one);
+    found["streams of 64" + hint] = ratio([&] { met += bare.in_streams(rays, coherent); }, one_by_one);
   }
 #endif
   if (met == 0) found["met"] = 0;

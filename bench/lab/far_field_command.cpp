@@ -73,7 +73,7 @@ cli::Command add_far_field(CLI::App& tress) {
   const auto settings = std::make_shared<Settings>();
   Settings& s = *settings;
   CLI::App* far_field =
-      tress.add_subcommand("far-field", "Tell where one fiber of a model sends the light of a direction");
+      tress.add_subcommand("far-field", "Print where one fiber of a model sends the light of a direction");
   std::vector<std::string> models;
   for (const fiber::ModelInfo& model : references::models()) models.emplace_back(model.name);
   add_choice(

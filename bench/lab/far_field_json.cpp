@@ -112,7 +112,7 @@ Json conventions() {
            "u tangent from root to tip, v major axis, w minor axis; directions point away from the fiber: "
            "(sin theta, cos theta cos phi, cos theta sin phi)"},
           {"light",
-           "comes in from (theta_r_deg, phi_r_deg), uniform over the projected width, and is told where it "
+           "comes in from (theta_r_deg, phi_r_deg), uniform over the projected width, and is counted where it "
            "leaves, (theta_i, phi_i)"},
           {"flux",
            "fraction of the intercepted flux that leaves into a bin, no density: [channel][theta_i][phi_i], "

@@ -1,4 +1,4 @@
-// What tress-lab far-field and tress-lab lobes measure of one fiber, and how it is told as JSON.
+// What tress-lab far-field and tress-lab lobes measure of one fiber, and how it is written as JSON.
 #pragma once
 
 #include <array>
@@ -50,7 +50,7 @@ MeasuredFarField measure_far_field(const FarFieldSettings& settings);
 /// Says which rows did not converge.
 void warn_of_rows(const FarFieldSettings& settings, const MeasuredFarField& measured);
 
-/// All that tress-lab far-field --json tells; numbers to 7 digits.
+/// All that tress-lab far-field --json prints; numbers to 7 digits.
 nlohmann::ordered_json far_field_json(const FarFieldSettings& settings, const MeasuredFarField& measured);
 
 /// The options of the fiber, of the direction and of the measurement, but for the model; parsing fills `settings`,

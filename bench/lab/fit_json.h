@@ -1,4 +1,4 @@
-// One row of the table beside its reference, as tress-lab fit and tress-lab lobes tell it.
+// One row of the table beside its reference, as tress-lab fit and tress-lab lobes print it.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -25,7 +25,7 @@ struct FittedRow {
 /// Every value of the request in range; azimuths >= 1.
 FittedRow fitted_row(const fiber::RowFitRequest& request, int azimuths);
 
-/// What tress-lab fit --json tells: lobe, phi_deg, target, fit, parts (the components of the fit and its uniform part,
+/// What tress-lab fit --json prints: lobe, phi_deg, target, fit, parts (the components of the fit and its uniform part,
 /// by azimuth), energy, relative_l2, components, evaluations, converged and the parameters.
 nlohmann::ordered_json row_json(const FittedRow& row);
 

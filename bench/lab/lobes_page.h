@@ -8,7 +8,7 @@
 namespace tress::lab {
 
 /// Writes the page. rows: of row_json(). far_fields: of far_field_json(), of the same fiber and bins. Exit status; what
-/// went wrong is told.
+/// went wrong is reported.
 int write_lobes(const std::filesystem::path& file, const std::vector<nlohmann::ordered_json>& rows,
                 const std::vector<nlohmann::ordered_json>& far_fields);
 

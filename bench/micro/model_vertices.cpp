@@ -175,7 +175,7 @@ int main(int argc, char** argv) {
     const std::string name = info.name;
     if (info.has_rows()) {
       add(name + "/learned", true, info.learns_samples(), [&info] { return taught(info); });
-      const bool traces = info.learns_samples();  // a path at every vertex, which no light can be told of
+      const bool traces = info.learns_samples();  // a path at every vertex, which no light can be credited for
       add(name + "/exact", !traces, false, [&info] { return made(info, {.estimator = fiber::Estimator::exact}); });
     } else if (info.has_quadrature) {
       for (const int points : {10, 35, 100}) {

@@ -45,7 +45,7 @@ fiber::FiberParameters parameters_of(const Fiber& shape) {
   return parameters;
 }
 
-void tell(benchmark::State& state, std::size_t exits) {
+void add_counters(benchmark::State& state, std::size_t exits) {
   const auto all = static_cast<double>(state.iterations()) * paths;
   state.counters["a_path"] = benchmark::Counter(all, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
   state.counters["exits"] = static_cast<double>(exits) / all;
@@ -68,7 +68,7 @@ void scalar(benchmark::State& state) {
     benchmark::DoNotOptimize(exits.data());
     all += exits.size();
   }
-  tell(state, all);
+  add_counters(state, all);
 }
 BENCHMARK(scalar)->DenseRange(0, fibers.size() - 1);
 
@@ -84,7 +84,7 @@ void lanes(benchmark::State& state) {
       all += traced.trace().size();
     }
   }
-  tell(state, all);
+  add_counters(state, all);
 }
 BENCHMARK(lanes)->ArgsProduct({benchmark::CreateDenseRange(0, fibers.size() - 1, 1), {paths, 512, 128}});
 

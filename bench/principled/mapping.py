@@ -119,7 +119,7 @@ def table(args):
         ratio = ours.mean() / theirs.mean()
         rows[name] = {"ratio": ratio, "error": ratio * math.hypot(of_theirs / theirs.mean(), of_ours / ours.mean()),
                       "channels": (ours.mean((0, 1)) / theirs.mean((0, 1))).tolist(), "blocks": off(ours, theirs)}
-        told = f"{name:16s} {ratio:.3f} +- {rows[name]['error']:.3f}   {channels_of(rows[name]['channels'])}   blocks {rows[name]['blocks']:.3f}"
+        line = f"{name:16s} {ratio:.3f} +- {rows[name]['error']:.3f}   {channels_of(rows[name]['channels'])}   blocks {rows[name]['blocks']:.3f}"
         by_node = args.folder / name / "chiang2016.npz"
         if args.model != "chiang2016" and by_node.exists():
             node, of_node = np.load(by_node)["picture"], float(np.load(by_node)["error"])
@@ -127,9 +127,9 @@ def table(args):
             channels = (ours.mean((0, 1)) / node.mean((0, 1))).tolist()
             rows[name] |= {"by_node": by, "by_node_error": by * math.hypot(of_node / node.mean(), of_ours / ours.mean()),
                            "by_node_channels": channels, "by_node_blocks": off(ours, node)}
-            told += (f"   by chiang2016 {by:.3f} +- {rows[name]['by_node_error']:.3f}   {channels_of(channels)}"
+            line += (f"   by chiang2016 {by:.3f} +- {rows[name]['by_node_error']:.3f}   {channels_of(channels)}"
                      f"   blocks {rows[name]['by_node_blocks']:.3f}")
-        print(told, flush=True)
+        print(line, flush=True)
         if args.model == "chiang2016":
             np.savez(args.folder / name / "chiang2016.npz", picture=ours, error=of_ours)
     for key, what in (("ratio", "Cycles"), ("by_node", "chiang2016 at the node's widths")):

@@ -3,7 +3,7 @@
 
 usage: bench/shots/checkpoint_cost.py [BUILD] [-o FILE] [--rounds 8] [--size 256x256] [--spp 16] [--interval 30]
 
-Each round renders twice, with `--checkpoint` and without, the first of the two in turns; user and system time, one thread. Told
+Each round renders twice, with `--checkpoint` and without, the first of the two in turns; user and system time, one thread. Reported
 are the mean of the rounds' ratios less 1, its standard error, how many checkpoints were written, and what the program itself
 counts in them, as a share of the render with them: of one thread, and without the noise of two renders. With the interval 0 a
 checkpoint is written as often as one may be: once 100 times what the last one took has passed.
@@ -22,10 +22,10 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 
 def run(command):
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    told = subprocess.run(command, check=True, capture_output=True, text=True).stderr
+    printed = subprocess.run(command, check=True, capture_output=True, text=True).stderr
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    saves = [float(one) for one in re.findall(r"checkpoint .*: \d+ passes, saved in ([0-9.]+) s", told)]
+    saves = [float(one) for one in re.findall(r"checkpoint .*: \d+ passes, saved in ([0-9.]+) s", printed)]
     return cpu, saves
 
 

@@ -43,8 +43,8 @@ def telemetry(path):
 
 
 def pixels(program, one, other):
-    told = subprocess.run([program, "diff", one, other, "--json"], check=True, capture_output=True, text=True)
-    return json.loads(told.stdout)["identical"]
+    compared = subprocess.run([program, "diff", one, other, "--json"], check=True, capture_output=True, text=True)
+    return json.loads(compared.stdout)["identical"]
 
 
 def main():
@@ -103,11 +103,11 @@ def main():
         except subprocess.TimeoutExpired:
             kind = signal.SIGTERM if kills % 5 == 4 else signal.SIGKILL
             process.send_signal(kind)
-            told = process.communicate()[1]
+            printed = process.communicate()[1]
             kills += process.returncode != 0
-            resumed += "goes on after" in told
+            resumed += "goes on after" in printed
             if process.returncode not in (0, -kind, 128 + kind):
-                wrong.append(f"kill {kills}: exit {process.returncode}: {told}")
+                wrong.append(f"kill {kills}: exit {process.returncode}: {printed}")
             if process.returncode != 0:
                 continue
         if process.returncode != 0:

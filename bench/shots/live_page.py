@@ -39,7 +39,7 @@ class Page:
         self.pass_count, self.table = 0, 0
 
     def get(self, path):
-        """None where the page is told to ask later."""
+        """None where the page must ask again later."""
         try:
             with urllib.request.urlopen(self.url + path, timeout=10) as answer:
                 return answer.read()
@@ -49,8 +49,8 @@ class Page:
             raise
 
     def status(self, since):
-        told = self.get(f"status?since={since}")
-        return told and json.loads(told)
+        answer = self.get(f"status?since={since}")
+        return answer and json.loads(answer)
 
     def control(self, **words):
         request = urllib.request.Request(self.url + "control", json.dumps(words).encode(), {"Content-Type": "application/json"})
@@ -161,10 +161,10 @@ def main():
         wall, cpu = [], []
         for number in range(options.cost_rounds):
             order = (False, True) if number % 2 == 0 else (True, False)
-            told = {watched: timed(command + (["--serve"] if watched else []), watched) for watched in order}
-            wall.append(told[True][0] / told[False][0] - 1)
-            cpu.append(told[True][1] / told[False][1] - 1)
-            found["seconds"] = told[False]
+            times = {watched: timed(command + (["--serve"] if watched else []), watched) for watched in order}
+            wall.append(times[True][0] / times[False][0] - 1)
+            cpu.append(times[True][1] / times[False][1] - 1)
+            found["seconds"] = times[False]
         for name, ratios in (("wall", wall), ("cpu", cpu)):
             if not ratios:
                 continue

@@ -26,13 +26,13 @@ inline Outcome invalid(const char* place, std::string expected, std::string foun
 }
 inline Outcome null(const char* place) { return invalid(place, "a pointer", "null"); }
 
-/// Who is told of failures besides tress_last_error(): tress_options::on_error.
+/// The listener that failures are passed to besides tress_last_error(): tress_options::on_error.
 struct ErrorListener {
   void* user = nullptr;
   void (*call)(void* user, tress_result result, const char* message) = nullptr;
 };
 
-/// Keeps the message for tress_last_error() and tells the listener, which may be null. Returns `result`.
+/// Keeps the message for tress_last_error() and passes it to the listener, which may be null. Returns `result`.
 tress_result fail(const ErrorListener* listener, tress_result result, const char* message) noexcept;
 
 /// Runs the body of a function, which returns an Outcome. Nothing that it throws gets out.

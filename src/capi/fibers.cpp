@@ -63,7 +63,7 @@ tress_result read(const tress_fibers* fibers, const char* name, Call&& call) noe
   });
 }
 
-/// The event behind the pointer; null if it is none of this pass and of these fibers.
+/// The event behind the pointer; null if it is not one of this pass and of these fibers.
 const fiber::FiberEvent* event_of(const tress_fibers& fibers, const tress_event* event) {
   const auto* stamped = std::launder(reinterpret_cast<const StampedEvent*>(event->bytes));
   return stamped->stamp == stamp_of(fibers) ? &stamped->event : nullptr;

@@ -67,7 +67,7 @@ adaptive::Options baking(adaptive::Options options) {
   return options;
 }
 
-BakeProgress bake_table(Service& service, const std::function<bool(const BakeProgress&)>& told) {
+BakeProgress bake_table(Service& service, const std::function<bool(const BakeProgress&)>& on_pass) {
   BakeProgress progress;
   for (adaptive::SliceId p = 0; p < service.slice_count(); ++p) progress.nodes += service.slice(p).node_count();
   std::vector<Node> open;
@@ -86,7 +86,7 @@ BakeProgress bake_table(Service& service, const std::function<bool(const BakePro
       progress.converged = progress.last.rows_converged;
       progress.refused = progress.last.rows_refused;
       progress.seconds = std::chrono::duration<double>(Clock::now() - start).count();
-      if (!told(progress)) return progress;
+      if (!on_pass(progress)) return progress;
       asked = progress.last.at_ceiling ? std::size_t(progress.last.rows_open) + 64 : 2 * asked;
       // Every row that had room is decided; the others will find no room.
       if (progress.last.at_ceiling && progress.last.rows_open == 0 && progress.last.creations == 0) break;

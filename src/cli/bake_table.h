@@ -26,7 +26,7 @@ adaptive::Options baking(adaptive::Options options);
 /// Queries every node, a few slices at a time, so that few rows are open at once. A pass brings an open row as many
 /// draws from its own proposal as a test needs. Parallel inside (oneTBB), with the same table for any number of
 /// threads. It ends when every row has converged or is refused, when memory allows no more rows, or after 4096 passes
-/// over one group of slices. It also ends when `told`, which is called after each pass, returns false.
-BakeProgress bake_table(adaptive::Service& service, const std::function<bool(const BakeProgress&)>& told);
+/// over one group of slices. It also ends when `on_pass`, which is called after each pass, returns false.
+BakeProgress bake_table(adaptive::Service& service, const std::function<bool(const BakeProgress&)>& on_pass);
 
 }  // namespace tress::cli

@@ -92,22 +92,22 @@ nlohmann::ordered_json key_of(const adaptive::SliceDescription& slice, const std
 }
 
 nlohmann::ordered_json to_json(const adaptive::SliceDescription& slice, const SliceSummary& s) {
-  nlohmann::ordered_json told{{"key", key_of(slice, s.lobe)},
-                              {"kind", slice.kind == adaptive::SliceKind::samples ? "samples" : "densities"},
-                              {"nodes", s.nodes},
-                              {"rows", {{"open", s.open}, {"converged", s.converged}}},
-                              {"samples", s.contents.samples},
-                              {"components", s.components},
-                              {"ribbons", s.ribbons},
-                              {"bytes", s.bytes}};
+  nlohmann::ordered_json fields{{"key", key_of(slice, s.lobe)},
+                                {"kind", slice.kind == adaptive::SliceKind::samples ? "samples" : "densities"},
+                                {"nodes", s.nodes},
+                                {"rows", {{"open", s.open}, {"converged", s.converged}}},
+                                {"samples", s.contents.samples},
+                                {"components", s.components},
+                                {"ribbons", s.ribbons},
+                                {"bytes", s.bytes}};
   const std::vector<float>& errors = s.contents.objectives;
   if (!errors.empty()) {
-    told["error"] = {{"median", quantile(errors, 0.5)},
-                     {"q90", quantile(errors, 0.9)},
-                     {"q99", quantile(errors, 0.99)},
-                     {"max", quantile(errors, 1)}};
+    fields["error"] = {{"median", quantile(errors, 0.5)},
+                       {"q90", quantile(errors, 0.9)},
+                       {"q99", quantile(errors, 0.99)},
+                       {"max", quantile(errors, 1)}};
   }
-  return told;
+  return fields;
 }
 
 /// A line for each slice, with how well its rows are known; densities and samples are separate.
@@ -237,13 +237,13 @@ int print_contents(const CacheSettings& settings, const Contents& contents, nloh
     if (!start) return status;
   }
   if (settings.json) {
-    nlohmann::ordered_json told = nlohmann::ordered_json::array();
-    for (const TableHair& one : hair) told.push_back(to_json(one));
+    nlohmann::ordered_json all_hair = nlohmann::ordered_json::array();
+    for (const TableHair& one : hair) all_hair.push_back(to_json(one));
     json.update({{"bytes", sum.bytes},
                  {"rows", {{"open", sum.open_rows}, {"converged", sum.converged_rows}}},
                  {"knot_tables", sum.knot_rows},
                  {"ribbons", sum.ribbon_rows},
-                 {"hair", told},
+                 {"hair", all_hair},
                  {"pages", contents.slices}});
     if (start) json["warm_start"] = to_json(*start);
     fmt::print("{}\n", json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));

@@ -34,7 +34,7 @@ class ManyCaches {
       Result<std::unique_ptr<adaptive::CacheFile>> cache = adaptive::CacheFile::open(file, model);
       if (cache) {
         if (parts_.empty()) first_ = file;
-        tell_left_out(file, (*cache)->contents());
+        log_left_out(file, (*cache)->contents());
         parts_.push_back(std::move(*cache));
         continue;
       }
@@ -95,7 +95,7 @@ int run_cache_merge(const CacheMergeSettings& settings) {
     log_error(written.error().message());
     return 1;
   }
-  tell_removed(settings.output, written->removed);
+  log_removed(settings.output, written->removed);
   const adaptive::CacheContents& contents = written->contents;
   fmt::print("{}: {} files merged, {} pages, {} rows, {} of them converged, hash {}\n", settings.output.string(),
              settings.files.size(), contents.slices, contents.rows(), contents.converged_rows, contents.hash);

@@ -47,7 +47,7 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 /// Prints a line now and then; on a terminal it redraws one line.
 class BakeNotes {
  public:
-  void tell(const BakeProgress& progress) {
+  void show(const BakeProgress& progress) {
     const std::string text =
         fmt::format("{:3.0f} %, pass {}, {} of {} rows converged{}",
                     100.0 * double(progress.decided()) / double(progress.nodes), progress.passes, progress.converged,
@@ -72,7 +72,7 @@ class PrebakeJob {
     model.service = service_;
     const std::unique_ptr<fiber::FiberModel> slices = info_.make(model);
     for (const fiber::FiberParameters& fiber : scene.fibers) (void)slices->add_fiber(fiber);
-    tell_header(scene);
+    write_header(scene);
   }
 
   /// Must run inside the arena.
@@ -83,13 +83,13 @@ class PrebakeJob {
                          info_.learner_name(settings_.table), info_.epsilon(settings_.table)));
     BakeNotes notes;
     const BakeProgress baked = bake_table(*service_, [&](const BakeProgress& progress) {
-      notes.tell(progress);
-      tell_pass(progress);
+      notes.show(progress);
+      write_pass(progress);
       return !interrupt.requested();
     });
     draw_bar("");
     const int status = save(baked, interrupt.exit_status());
-    tell_summary(baked, status, seconds_since(start));
+    write_summary(baked, status, seconds_since(start));
     return telemetry_.failed() ? 1 : status;
   }
 
@@ -101,7 +101,7 @@ class PrebakeJob {
       log_error(saved.error().message());
       return 1;
     }
-    tell_removed(settings_.output, saved->removed);
+    log_removed(settings_.output, saved->removed);
     const std::uint64_t left = baked.nodes - baked.decided();
     if (baked.refused > 0) {
       log_warning(fmt::format("{} of {} rows did not converge in {} tests; renders answer them by g at the node",
@@ -118,7 +118,7 @@ class PrebakeJob {
     return signal_status;
   }
 
-  void tell_header(const scene::Scene& scene) {
+  void write_header(const scene::Scene& scene) {
     telemetry_.write([&](adaptive::TelemetryWriter& writer) {
       return writer.header({{"scene", json_text(scene.source)},
                             {"model", json_text(settings_.model)},
@@ -131,7 +131,7 @@ class PrebakeJob {
     });
   }
 
-  void tell_pass(const BakeProgress& progress) {
+  void write_pass(const BakeProgress& progress) {
     telemetry_.write([&](adaptive::TelemetryWriter& writer) {
       return writer.pass(progress.last, {{"pass", json_text(progress.passes - 1)},
                                          {"pixels", "0"},
@@ -140,7 +140,7 @@ class PrebakeJob {
     });
   }
 
-  void tell_summary(const BakeProgress& baked, int status, double seconds) {
+  void write_summary(const BakeProgress& baked, int status, double seconds) {
     telemetry_.write([&](adaptive::TelemetryWriter& writer) {
       return writer.summary({{"status", json_text(status == 0   ? "done"
                                                   : status == 1 ? "failed"
@@ -202,7 +202,7 @@ int run_prebake(PrebakeSettings settings) {
     log_error(message);
     return 2;
   }
-  tell_lost_medullas(*scene, settings.model);
+  log_lost_medullas(*scene, settings.model);
   Result<TelemetryLines> telemetry = TelemetryLines::open(settings.telemetry);
   if (!telemetry) {
     log_error(telemetry.error().message());

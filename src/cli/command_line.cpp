@@ -101,7 +101,7 @@ std::string unknown_word(const CLI::App& root, const std::vector<std::string>& w
 
 int wrong_usage(const CLI::App& app, const std::string& message) {
   log_error(message);
-  fmt::print(stderr, "usage: {} {} ...; --help tells more\n", app.get_name(), joined(command_names(app), "|"));
+  fmt::print(stderr, "usage: {} {} ...; --help says more\n", app.get_name(), joined(command_names(app), "|"));
   return 2;
 }
 
@@ -145,7 +145,7 @@ int run_help(const CLI::App& tress, const HelpSettings& settings) {
 
 Command add_help(CLI::App& tress) {
   const auto settings = std::make_shared<HelpSettings>();
-  CLI::App* help = tress.add_subcommand("help", "Tell the options of a command, or write its manual page");
+  CLI::App* help = tress.add_subcommand("help", "Print the options of a command, or write its manual page");
   help->add_option("COMMAND", settings->words, "as in: tress help cache merge")->type_name("");
   auto* manual = help->add_flag("--man", settings->manual, "as a manual page: tress help render --man | man -l -");
   add_choice(
@@ -215,7 +215,7 @@ int run_checked(int argc, char** argv, const Program& program) {
 
 /// Handles SIGBUS, which the system sends if another program truncates a groom while it is read: logs an error and
 /// exits. For any other mapping the signal keeps its default action.
-void tell_cut_file(int, siginfo_t* info, void*) {
+void report_cut_file(int, siginfo_t* info, void*) {
   const char* name = scene::name_of_mapping(info->si_addr);
   if (name == nullptr) {
     ::signal(SIGBUS, SIG_DFL);  // the same access raises it again
@@ -233,7 +233,7 @@ void tell_cut_file(int, siginfo_t* info, void*) {
 int run(int argc, char** argv, const Program& program) {
   prepare_standard_streams();
   struct sigaction on_cut_file = {};
-  on_cut_file.sa_sigaction = tell_cut_file;
+  on_cut_file.sa_sigaction = report_cut_file;
   on_cut_file.sa_flags = SA_SIGINFO;
   ::sigaction(SIGBUS, &on_cut_file, nullptr);
   int status = 1;

@@ -71,7 +71,7 @@ void begin_picture(std::size_t done, std::size_t count) {
   pictures_ = std::max<std::size_t>(count, 1);
 }
 
-void tell_progress(double share, const std::string& text) {
+void report_progress(double share, const std::string& text) {
   if (!openjd_) return;
   const double all = (double(pictures_done_) + std::clamp(share, 0.0, 1.0)) / double(pictures_);
   print_openjd("progress", fmt::format("{:.1f}", 100 * std::min(all, 1.0)));

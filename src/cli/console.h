@@ -20,10 +20,10 @@ void log_error(const std::string& text);
 /// Also reports progress and errors on standard output from now on, in the lines that Open Job Description reads
 /// (`openjd_progress`, `openjd_status`, `openjd_fail`; its "How Jobs Are Run").
 void use_openjd_lines();
-/// Sets that `done` of `count` pictures are finished; tell_progress() then concerns the next one.
+/// Sets that `done` of `count` pictures are finished; report_progress() then concerns the next one.
 void begin_picture(std::size_t done, std::size_t count);
 /// Reports progress if it was requested. share: of this picture, 0..1.
-void tell_progress(double share, const std::string& text);
+void report_progress(double share, const std::string& text);
 
 /// Redraws the last line of a terminal; the next message, or an empty text, removes it. Does nothing elsewhere.
 void draw_bar(const std::string& text);

@@ -273,7 +273,7 @@ void add_input(CLI::App* command, GroomSettings* settings) {
 
 Command add_info(CLI::App& tress) {
   const auto settings = std::make_shared<GroomSettings>();
-  CLI::App* info = tress.add_subcommand("info", "Tell what is in a file of strands, and what of it will not be used");
+  CLI::App* info = tress.add_subcommand("info", "List what is in a file of strands, and what of it will not be used");
   add_input(info, settings.get());
   info->add_flag("--json", settings->json, "print JSON");
   return {info, [settings] { return run_info(*settings); }};
@@ -283,7 +283,7 @@ Command add_convert(CLI::App& tress) {
   const auto settings = std::make_shared<GroomSettings>();
   CLI::App* convert = tress.add_subcommand("convert", "Write the strands of a file as .hair or .usda");
   add_input(convert, settings.get());
-  convert->add_option("OUT", settings->output, "its ending tells the format: .hair or .usda")
+  convert->add_option("OUT", settings->output, "its ending sets the format: .hair or .usda")
       ->required()
       ->type_name("OUT")
       ->check(expecting("a name that ends with .hair or .usda", [](const std::string& name) {

@@ -89,17 +89,17 @@ std::string lobe_word(const SliceDescription& slice) {
 
 std::vector<HairParameter> hair_parameters(const SliceDescription& slice) {
   const auto& p = slice.key.parameters;
-  std::vector<HairParameter> told{{"eta", as_typed(p[0])}, {"eccentricity", as_typed(p[1])}};
+  std::vector<HairParameter> parameters{{"eta", as_typed(p[0])}, {"eccentricity", as_typed(p[1])}};
   if (slice.kind == SliceKind::density) {
-    told.push_back({"blur_deg", degrees(p[2])});
-    return told;
+    parameters.push_back({"blur_deg", degrees(p[2])});
+    return parameters;
   }
-  told.push_back({"roughness", as_typed(p[2])});
-  told.push_back({"tilt_deg", degrees(p[3])});
-  if (p[4] <= 0) return told;
+  parameters.push_back({"roughness", as_typed(p[2])});
+  parameters.push_back({"tilt_deg", degrees(p[3])});
+  if (p[4] <= 0) return parameters;
   const char* const names[] = {"medulla", "medulla_scattering", "medulla_asymmetry", "medulla_absorption"};
-  for (std::size_t i = 0; i < 4; ++i) told.push_back({names[i], as_typed(p[4 + i])});
-  return told;
+  for (std::size_t i = 0; i < 4; ++i) parameters.push_back({names[i], as_typed(p[4 + i])});
+  return parameters;
 }
 
 std::optional<double> roughness_of_blur(const SliceDescription& slice) {
@@ -162,11 +162,11 @@ const SliceDescription* nearest_hair(const SliceDescription& slice, const std::v
 
 std::vector<TableHair> hair_of(const std::vector<SliceContents>& slices) {
   std::vector<TableHair> all;
-  std::vector<bool> is_told(slices.size(), false);
+  std::vector<bool> is_listed(slices.size(), false);
   for (std::size_t i = 0; i < slices.size(); ++i) {
     const SliceDescription& slice = slices[i].slice;
     const std::optional<double> roughness = roughness_of_blur(slice);
-    if (!roughness || is_told[i]) continue;
+    if (!roughness || is_listed[i]) continue;
     std::vector<const SliceContents*> together;
     std::vector<std::size_t> members;
     for (std::size_t j = 0; j < slices.size(); ++j) {
@@ -179,26 +179,26 @@ std::vector<TableHair> hair_of(const std::vector<SliceContents>& slices) {
       members.push_back(j);
     }
     if (together.size() < 2) continue;
-    for (const std::size_t j : members) is_told[j] = true;
+    for (const std::size_t j : members) is_listed[j] = true;
     std::vector<HairParameter> parameters = hair_parameters(slice);
     parameters.back() = {"roughness", *roughness};
     all.push_back(joined(std::move(parameters), together));
   }
   for (std::size_t i = 0; i < slices.size(); ++i) {
-    if (!is_told[i]) all.push_back(joined(hair_parameters(slices[i].slice), {&slices[i]}));
+    if (!is_listed[i]) all.push_back(joined(hair_parameters(slices[i].slice), {&slices[i]}));
   }
   return all;
 }
 
 nlohmann::ordered_json to_json(const TableHair& hair) {
-  nlohmann::ordered_json told;
-  for (const HairParameter& parameter : hair.parameters) told[parameter.name] = parameter.value;
-  told["lobes"] = hair.lobes;
-  told["nodes"] = hair.nodes;
-  told["rows"] = {{"open", hair.open}, {"converged", hair.converged}};
-  told["samples"] = hair.samples;
-  if (hair.converged > 0) told["error"] = {{"median", hair.error_median}, {"max", hair.error_max}};
-  return told;
+  nlohmann::ordered_json fields;
+  for (const HairParameter& parameter : hair.parameters) fields[parameter.name] = parameter.value;
+  fields["lobes"] = hair.lobes;
+  fields["nodes"] = hair.nodes;
+  fields["rows"] = {{"open", hair.open}, {"converged", hair.converged}};
+  fields["samples"] = hair.samples;
+  if (hair.converged > 0) fields["error"] = {{"median", hair.error_median}, {"max", hair.error_max}};
+  return fields;
 }
 
 }  // namespace tress::cli

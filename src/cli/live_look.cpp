@@ -85,10 +85,10 @@ RenderSettings with_look(const RenderSettings& settings, const live::RenderServe
     knob.set(changed.overrides, moved->second);
     std::string text = fmt::format("{}", moved->second);
     if (changed.overrides.melanin && std::string(knob.name) == "melanin") {
-      for (const char* other : {"--color", "--sigma-a", "--hair"}) changed.told.erase(other);
+      for (const char* other : {"--color", "--sigma-a", "--hair"}) changed.given_options.erase(other);
       if (changed.overrides.melanin->second > 0) text += fmt::format(",{}", changed.overrides.melanin->second);
     }
-    changed.told[knob.option] = text;
+    changed.given_options[knob.option] = text;
     words += fmt::format(" {} {}", knob.option, text);
   }
   if (!words.empty()) changed.command += " (by the live page:" + words + ")";

@@ -73,9 +73,9 @@ std::string name_of(const adaptive::SliceDescription& slice, double epsilon) {
 
 }  // namespace
 
-Json table_told(const adaptive::Service& service) {
+Json table_json(const adaptive::Service& service) {
   Json slices = Json::array();
-  for (adaptive::SliceId id = 0; id < std::min(service.slice_count(), most_slices_told); ++id) {
+  for (adaptive::SliceId id = 0; id < std::min(service.slice_count(), most_slices); ++id) {
     const adaptive::SliceDescription& slice = service.slice(id);
     const bool is_sampled = slice.kind == adaptive::SliceKind::samples;
     std::string states;
@@ -100,7 +100,7 @@ Json table_told(const adaptive::Service& service) {
   return {{"slices", std::move(slices)}};
 }
 
-Json row_told(const adaptive::Service& service, std::uint32_t id, std::uint32_t node) {
+Json row_json(const adaptive::Service& service, std::uint32_t id, std::uint32_t node) {
   if (id >= service.slice_count() || node >= service.slice(id).node_count()) return {{"words", "no such row"}};
   const adaptive::SliceDescription& slice = service.slice(id);
   const auto width = static_cast<std::uint32_t>(slice.axis_b.size());
@@ -112,10 +112,10 @@ Json row_told(const adaptive::Service& service, std::uint32_t id, std::uint32_t 
   if (angles.is_object()) {
     for (const auto& [name, value] : angles.items()) words += fmt::format(", {} {:.4g}", name, value.get<double>());
   }
-  Json told{{"words", words}, {"command", parsed(of_row, "command")}};
+  Json fields{{"words", words}, {"command", parsed(of_row, "command")}};
   if (slice.kind == adaptive::SliceKind::samples) {
-    told["words"] = words + "; a row of samples, over a cylinder: the command shows it";
-    return told;
+    fields["words"] = words + "; a row of samples, over a cylinder: the command shows it";
+    return fields;
   }
   std::vector<adaptive::TracedRay> rays;
   fiber::make_elliptical_target()->trace(slice, slice.axis_a[node / width], slice.axis_b[node % width], rays);
@@ -129,7 +129,7 @@ Json row_told(const adaptive::Service& service, std::uint32_t id, std::uint32_t 
     if (has_fit) fit.push_back(row.density(static_cast<float>(x * degree)));
   }
   const double objective = double(row.objective);
-  told["words"] =
+  fields["words"] =
       fmt::format("{}; energy {:.4g}{}{}", words, target.energy(),
                   has_fit ? fmt::format(", error at most {:.3g} of epsilon {:.3g}", objective, epsilon) : "",
                   row.fit != nullptr ? fmt::format(", {} components", row.fit->component_count) : "");
@@ -141,11 +141,11 @@ Json row_told(const adaptive::Service& service, std::uint32_t id, std::uint32_t 
     }
     parts.push_back(std::vector<double>(phi.size(), double(mixture.uniform_weight) / (2 * std::numbers::pi)));
   }
-  told["phi_deg"] = std::move(phi);
-  if (!parts.empty()) told["parts"] = std::move(parts);
-  told["target"] = std::move(g);
-  if (has_fit) told["fit"] = std::move(fit);
-  return told;
+  fields["phi_deg"] = std::move(phi);
+  if (!parts.empty()) fields["parts"] = std::move(parts);
+  fields["target"] = std::move(g);
+  if (has_fit) fields["fit"] = std::move(fit);
+  return fields;
 }
 
 }  // namespace tress::cli

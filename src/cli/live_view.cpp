@@ -26,7 +26,7 @@ double process_bytes() {
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
-Json pass_told(const integrate::PassProgress& pass) {
+Json pass_json(const integrate::PassProgress& pass) {
   const adaptive::PassReport& table = pass.table;
   const image::Window& window = pass.film->window();
   return {{"pass", pass.pass},
@@ -82,14 +82,14 @@ void LiveView::begin(const scene::Scene& scene, const char* estimator, const ada
   service_ = service;
   passes_shown_ = 0;
   if (!page_) return;
-  page_->tell({{"facts",
-                {{"scene", scene.source},
-                 {"output", settings_.output.string()},
-                 {"model", settings_.model},
-                 {"estimator", estimator},
-                 {"epsilon", fiber::find_model(settings_.model)->epsilon(settings_.table)},
-                 {"view", image::view_names()[static_cast<std::size_t>(scene.image.view)]},
-                 {"exposure", scene.image.exposure_stops}}}});
+  page_->set_facts({{"facts",
+                     {{"scene", scene.source},
+                      {"output", settings_.output.string()},
+                      {"model", settings_.model},
+                      {"estimator", estimator},
+                      {"epsilon", fiber::find_model(settings_.model)->epsilon(settings_.table)},
+                      {"view", image::view_names()[static_cast<std::size_t>(scene.image.view)]},
+                      {"exposure", scene.image.exposure_stops}}}});
 }
 
 void LiveView::offer_sliders(std::vector<live::RenderServer::Slider> sliders) {
@@ -105,7 +105,7 @@ live::RenderServer::Look LiveView::take_look() {
 
 void LiveView::refuse_look(const std::string& message) {
   log_warning(message);
-  page_->tell({{"said", message}});
+  page_->set_facts({{"said", message}});
 }
 
 void LiveView::leave_look(image::Picture picture, int passes) {
@@ -135,13 +135,14 @@ void LiveView::show_paused_picture(const integrate::PassProgress& pass) {
   show_picture(pass);
 }
 
-void LiveView::tell_page(const integrate::PassProgress& pass, const Outlook& ahead) {
-  page_->tell({{"progress",
-                {{"share", ahead.share}, {"seconds_left", ahead.seconds_left ? Json(*ahead.seconds_left) : Json()}}}});
-  page_->add_pass(pass_told(pass));
+void LiveView::update_page(const integrate::PassProgress& pass, const Outlook& ahead) {
+  page_->set_facts(
+      {{"progress",
+        {{"share", ahead.share}, {"seconds_left", ahead.seconds_left ? Json(*ahead.seconds_left) : Json()}}}});
+  page_->add_pass(pass_json(pass));
   if (service_ == nullptr || !page_->is_watched() || !tables_.is_due()) return;
   const auto start = Clock::now();
-  page_->set_table(table_told(*service_));
+  page_->set_table(table_json(*service_));
   tables_.spent(Clock::now() - start);
 }
 
@@ -149,11 +150,11 @@ void LiveView::serve_requests(const std::function<void()>& save) {
   const live::RenderServer::Asked asked = page_->take_asked();
   if (asked.save) {
     save();
-    page_->tell({{"said", "saved"}});
+    page_->set_facts({{"said", "saved"}});
   }
   for (const live::RenderServer::RowAsked& row : asked.rows)
     page_->answer_row(row.request,
-                      service_ != nullptr ? row_told(*service_, row.slice, row.node) : Json{{"words", "no table"}});
+                      service_ != nullptr ? row_json(*service_, row.slice, row.node) : Json{{"words", "no table"}});
 }
 
 bool LiveView::after_pass(const integrate::PassProgress& pass, const Outlook& ahead,
@@ -161,7 +162,7 @@ bool LiveView::after_pass(const integrate::PassProgress& pass, const Outlook& ah
   const bool is_wanted = (display_ && display_->wants_picture()) || (page_ && page_->is_watched());
   if (is_wanted && (at_once_ > 0 || copies_.is_due())) show_picture(pass);
   if (!page_) return true;
-  tell_page(pass, ahead);
+  update_page(pass, ahead);
   serve_requests(save);
   while (page_->is_paused() && !interrupted && !page_->is_look_asked()) {
     show_paused_picture(pass);
@@ -177,7 +178,7 @@ void LiveView::finish(image::Picture picture) {
   image::round_as_written(&picture, settings_.precision);
   const auto shared = std::make_shared<const image::Picture>(std::move(picture));
   if (page_) {
-    page_->tell({{"progress", {{"share", 1}, {"seconds_left", 0}}}, {"said", "done"}});
+    page_->set_facts({{"progress", {{"share", 1}, {"seconds_left", 0}}}, {"said", "done"}});
     page_->show(shared);
     page_->wait_until_seen(2s);
   }

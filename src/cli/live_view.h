@@ -49,7 +49,7 @@ class LiveView {
   explicit LiveView(const RenderSettings& settings) : settings_(settings) {}
   void show_picture(const integrate::PassProgress& pass);
   void show_paused_picture(const integrate::PassProgress& pass);
-  void tell_page(const integrate::PassProgress& pass, const Outlook& ahead);
+  void update_page(const integrate::PassProgress& pass, const Outlook& ahead);
   void serve_requests(const std::function<void()>& save);
 
   /// Shares of the render's time for copies of the picture and of the table, for which its threads wait. The threads of

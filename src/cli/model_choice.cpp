@@ -18,7 +18,7 @@ using fiber::AskedOption;
 using fiber::Asks;
 
 /// A message about a refused option, or about a command that works in the other way only.
-std::string told(const fiber::RefusedOption& refused, const std::string& found, bool is_named) {
+std::string refusal_text(const fiber::RefusedOption& refused, const std::string& found, bool is_named) {
   return fmt::format("{}: expected {}, found {}: {} --model {}{}", refused.name, refused.expected, found,
                      is_named ? "give" : "add", refused.remedy,
                      refused.name.starts_with("--") ? ", or leave the option away" : "");
@@ -56,7 +56,8 @@ std::vector<AskedOption> model_options(const CLI::App& command, fiber::Estimator
 std::string refused_option(const std::vector<AskedOption>& asked, const std::string& model, bool is_named) {
   const auto refused = fiber::refused(asked, *fiber::find_model(model));
   if (!refused) return {};
-  return told(*refused, is_named ? "--model " + model : model + ", the model of the scene's materials", is_named);
+  return refusal_text(*refused, is_named ? "--model " + model : model + ", the model of the scene's materials",
+                      is_named);
 }
 
 std::string refused_by_all(const std::vector<AskedOption>& asked) {
@@ -64,12 +65,12 @@ std::string refused_by_all(const std::vector<AskedOption>& asked) {
   for (const AskedOption& option : asked) {
     if (std::ranges::any_of(models, [&](const fiber::ModelInfo* info) { return fiber::has(*info, option.what); }))
       continue;
-    return told(*fiber::refused(std::array{option}, *models.front()), "no --model", false);
+    return refusal_text(*fiber::refused(std::array{option}, *models.front()), "no --model", false);
   }
   return {};
 }
 
-void tell_lost_medullas(const scene::Scene& scene, const std::string& model) {
+void log_lost_medullas(const scene::Scene& scene, const std::string& model) {
   if (fiber::find_model(model)->has_medulla) return;
   std::string names;
   for (const fiber::ModelInfo& info : fiber::models())

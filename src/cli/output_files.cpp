@@ -46,15 +46,15 @@ std::vector<std::filesystem::path> other_places(const std::filesystem::path& fil
   return places;
 }
 
-void tell_removed(const std::filesystem::path& file, const std::vector<std::filesystem::path>& leftovers) {
+void log_removed(const std::filesystem::path& file, const std::vector<std::filesystem::path>& leftovers) {
   for (const std::filesystem::path& leftover : leftovers) {
     log_note(fmt::format("{}: removed {}, left by a save that was killed", file.string(), leftover.string()));
   }
 }
 
-void remove_leftovers(const std::filesystem::path& file) { tell_removed(file, tress::remove_leftovers(file)); }
+void remove_leftovers(const std::filesystem::path& file) { log_removed(file, tress::remove_leftovers(file)); }
 
-void tell_left_out(const std::filesystem::path& file, const adaptive::CacheContents& contents) {
+void log_left_out(const std::filesystem::path& file, const adaptive::CacheContents& contents) {
   if (contents.knot_rows == 0) return;
   log_note(fmt::format("{}: {} rows of knots are left out: they are learned anew, and a save keeps none of them",
                        file.string(), contents.knot_rows));

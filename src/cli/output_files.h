@@ -21,10 +21,10 @@ std::vector<std::filesystem::path> other_places(const std::filesystem::path& fil
 /// Removes the files that killed saves left beside `file`, which was just written, and logs it.
 void remove_leftovers(const std::filesystem::path& file);
 /// Logs the removed files.
-void tell_removed(const std::filesystem::path& file, const std::vector<std::filesystem::path>& leftovers);
+void log_removed(const std::filesystem::path& file, const std::vector<std::filesystem::path>& leftovers);
 
 /// Logs how many rows of the cache are of a kind that is no longer read, and so are learned anew.
-void tell_left_out(const std::filesystem::path& file, const adaptive::CacheContents& contents);
+void log_left_out(const std::filesystem::path& file, const adaptive::CacheContents& contents);
 
 /// Error if the folder of `file` cannot be written, or if `file` exists and is no warm cache: only a cache may be
 /// replaced.

@@ -20,10 +20,10 @@ using nlohmann::json;
 constexpr std::size_t most_groups = 64, most_names = 4096, most_objects = std::size_t{1} << 20;
 constexpr int most = 1 << 24;
 
-const json& member(const json& told, const char* name) {
+const json& member(const json& header, const char* name) {
   static const json none;
-  const auto found = told.find(name);
-  return found == told.end() ? none : *found;
+  const auto found = header.find(name);
+  return found == header.end() ? none : *found;
 }
 
 /// Reads N whole numbers of a JSON array, each in [0, 2^24].
@@ -91,10 +91,10 @@ bool read_mattes(const json& value, std::vector<integrate::MatteKind>* mattes) {
   if (value.is_null()) return true;
   if (!value.is_object()) return false;
   for (const auto& [kind, names] : value.items()) {
-    std::vector<std::string> told;
+    std::vector<std::string> all_digits;
     integrate::MatteKind read{kind, {}};
-    if (!read_names(names, most_objects, &told)) return false;
-    for (const std::string& digits : told) {
+    if (!read_names(names, most_objects, &all_digits)) return false;
+    for (const std::string& digits : all_digits) {
       std::optional<std::string> name = bytes_of_hex(digits);
       if (!name) return false;
       read.names.push_back(std::move(*name));
@@ -145,12 +145,12 @@ json request_json(const image::Picture& request) {
 }
 
 json mattes_json(const std::vector<integrate::MatteKind>& mattes) {
-  json told = json::object();
+  json header = json::object();
   for (const integrate::MatteKind& kind : mattes) {
-    json& names = told[kind.name] = json::array();
+    json& names = header[kind.name] = json::array();
     for (const std::string& name : kind.names) names.push_back(hex_of(name));
   }
-  return told;
+  return header;
 }
 
 bool are_same(const std::vector<integrate::MatteKind>& a, const std::vector<integrate::MatteKind>& b) {
@@ -191,35 +191,35 @@ PartHeader part_header_of(const RenderSettings& settings, const scene::Scene& sc
 
 json to_json(const PartHeader& part) {
   const image::Window& window = part.window;
-  json told{{"window", {window.left, window.top, window.width, window.height}},
-            {"whole", {part.whole_width, part.whole_height}},
-            {"samples", {part.from, part.to}},
-            {"opaque", part.opaque},
-            {"glint", part.glint},
-            {"moving", part.moving},
-            {"emission", part.emission},
-            {"halves", part.halves},
-            {"deep_light", part.deep_light},
-            {"groups", part.groups},
-            {"table", part.table},
-            {"frozen", part.frozen},
-            {"mattes", mattes_json(part.mattes)},
-            {"look",
-             {{"alpha", part.look.alpha},
-              {"exposure_stops", part.look.exposure_stops},
-              {"view", image::view_names()[static_cast<std::size_t>(part.look.view)]}}},
-            {"request", request_json(part.request)}};
-  if (part.layers) told["layers"] = *part.layers;
-  if (part.data.has_any()) told["data"] = part.data.names();
-  return told;
+  json header{{"window", {window.left, window.top, window.width, window.height}},
+              {"whole", {part.whole_width, part.whole_height}},
+              {"samples", {part.from, part.to}},
+              {"opaque", part.opaque},
+              {"glint", part.glint},
+              {"moving", part.moving},
+              {"emission", part.emission},
+              {"halves", part.halves},
+              {"deep_light", part.deep_light},
+              {"groups", part.groups},
+              {"table", part.table},
+              {"frozen", part.frozen},
+              {"mattes", mattes_json(part.mattes)},
+              {"look",
+               {{"alpha", part.look.alpha},
+                {"exposure_stops", part.look.exposure_stops},
+                {"view", image::view_names()[static_cast<std::size_t>(part.look.view)]}}},
+              {"request", request_json(part.request)}};
+  if (part.layers) header["layers"] = *part.layers;
+  if (part.data.has_any()) header["data"] = part.data.names();
+  return header;
 }
 
-std::optional<PartHeader> parse_part_header(const json& told) {
+std::optional<PartHeader> parse_part_header(const json& header) {
   PartHeader part;
   std::array<int, 4> window{};
   std::array<int, 2> whole{}, samples{};
-  if (!told.is_object() || !read_numbers(member(told, "window"), &window) ||
-      !read_numbers(member(told, "whole"), &whole) || !read_numbers(member(told, "samples"), &samples))
+  if (!header.is_object() || !read_numbers(member(header, "window"), &window) ||
+      !read_numbers(member(header, "whole"), &whole) || !read_numbers(member(header, "samples"), &samples))
     return std::nullopt;
   part.window = {window[0], window[1], window[2], window[3]};
   part.whole_width = whole[0];
@@ -230,18 +230,20 @@ std::optional<PartHeader> parse_part_header(const json& told) {
        {std::pair{"opaque", &part.opaque}, std::pair{"glint", &part.glint}, std::pair{"frozen", &part.frozen},
         std::pair{"moving", &part.moving}, std::pair{"emission", &part.emission}, std::pair{"halves", &part.halves},
         std::pair{"deep_light", &part.deep_light}}) {
-    if (!read_flag(member(told, name), flag)) return std::nullopt;
+    if (!read_flag(member(header, name), flag)) return std::nullopt;
   }
-  if (!member(told, "table").is_string()) return std::nullopt;
-  part.table = member(told, "table").get<std::string>();
-  if (told.contains("layers") && !read_names(told["layers"], most_names, &part.layers.emplace())) return std::nullopt;
+  if (!member(header, "table").is_string()) return std::nullopt;
+  part.table = member(header, "table").get<std::string>();
+  if (header.contains("layers") && !read_names(header["layers"], most_names, &part.layers.emplace()))
+    return std::nullopt;
   std::vector<std::string> data;
-  if (told.contains("data") && !read_names(told["data"], integrate::data_layer_names.size(), &data))
+  if (header.contains("data") && !read_names(header["data"], integrate::data_layer_names.size(), &data))
     return std::nullopt;
   if (!std::ranges::all_of(data, [&](const std::string& name) { return part.data.ask(name); })) return std::nullopt;
-  const bool good = read_names(member(told, "groups"), most_groups, &part.groups) &&
-                    read_mattes(member(told, "mattes"), &part.mattes) && read_look(member(told, "look"), &part.look) &&
-                    read_request(member(told, "request"), &part.request) && window[2] > 0 && window[3] > 0 &&
+  const bool good = read_names(member(header, "groups"), most_groups, &part.groups) &&
+                    read_mattes(member(header, "mattes"), &part.mattes) &&
+                    read_look(member(header, "look"), &part.look) &&
+                    read_request(member(header, "request"), &part.request) && window[2] > 0 && window[3] > 0 &&
                     window[0] + window[2] <= whole[0] && window[1] + window[3] <= whole[1] &&
                     std::int64_t{whole[0]} * whole[1] <= scene::most_image_pixels && part.from < part.to;
   return good ? std::optional(std::move(part)) : std::nullopt;

@@ -40,6 +40,6 @@ PartHeader part_header_of(const RenderSettings& settings, const scene::Scene& sc
 
 nlohmann::json to_json(const PartHeader& part);
 /// Empty if it is no valid header of a part: every count must be within its bounds.
-std::optional<PartHeader> parse_part_header(const nlohmann::json& told);
+std::optional<PartHeader> parse_part_header(const nlohmann::json& header);
 
 }  // namespace tress::cli

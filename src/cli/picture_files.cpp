@@ -83,7 +83,7 @@ std::optional<std::filesystem::path> PictureFiles::write(const std::filesystem::
     remove_leftovers(file);
     return file;
   }
-  tell(error);
+  check(error);
   for (const std::filesystem::path& place : other_places(file)) {
     if (to(place)) continue;
     log_warning(fmt::format("{}: saved as {} instead", file.string(), place.string()));
@@ -92,7 +92,7 @@ std::optional<std::filesystem::path> PictureFiles::write(const std::filesystem::
   return std::nullopt;
 }
 
-void PictureFiles::tell(const std::optional<Error>& error) {
+void PictureFiles::check(const std::optional<Error>& error) {
   if (!error) return;
   log_error(error->message());
   failed_ = true;

@@ -26,7 +26,7 @@ class PictureFiles {
   /// Writes to `file`, or, with a message, to one of the other places. Returns the place; empty if all fail.
   std::optional<std::filesystem::path> write(const std::filesystem::path& file, const Write& to);
   /// Logs the error, if there is one, and sets failed().
-  void tell(const std::optional<Error>& error);
+  void check(const std::optional<Error>& error);
   /// Whether a file could not be written to its own place.
   bool failed() const { return failed_; }
 

@@ -109,7 +109,7 @@ void Progress::update(const integrate::PassProgress& pass, const Outlook& outloo
   // The variance of a pixel can be estimated from its second sample on.
   const std::string noise = pass.noise > 0 ? fmt::format("noise {:.2g}", pass.noise) : "noise not known yet";
   const std::string text = fmt::format("{:3.0f} %, pass {}, {}, {}{}", 100 * share, pass.pass + 1, left, noise, table);
-  tell_progress(share, text);
+  report_progress(share, text);
   if (console_is_terminal()) {
     const int full = std::clamp(static_cast<int>(share * bar_cells), 0, bar_cells);
     draw_bar(fmt::format("[{}{}] {}", std::string(std::size_t(full), '#'),

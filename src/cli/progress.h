@@ -61,7 +61,7 @@ class Step {
   Step(const Step&) = delete;
   Step& operator=(const Step&) = delete;
   /// Sets its progress, [0, 1]. Any thread.
-  void tell(double share) { share_.store(static_cast<float>(share), std::memory_order_relaxed); }
+  void set_share(double share) { share_.store(static_cast<float>(share), std::memory_order_relaxed); }
 
  private:
   void watch(const std::stop_token& stop);

@@ -238,7 +238,7 @@ void add_viewers(CLI::App* app, RenderSettings& s) {
 }
 
 /// The options that change the picture, as they were given.
-std::map<std::string, std::string> told_options(const CLI::App& render) {
+std::map<std::string, std::string> given_options(const CLI::App& render) {
   static const std::set<std::string> others{"SCENE",
                                             "--output",
                                             "--threads",
@@ -257,14 +257,14 @@ std::map<std::string, std::string> told_options(const CLI::App& render) {
                                             "--display-server",
                                             "--progress",
                                             "--help"};
-  std::map<std::string, std::string> told;
+  std::map<std::string, std::string> given;
   for (const CLI::Option* option : render.get_options()) {
     const std::string name = option->get_name();
     const std::string plain = option->get_lnames().empty() ? name : "--" + option->get_lnames().front();
     if (option->count() == 0 || others.contains(plain)) continue;
-    told[plain] = plain == "--heatmap" || plain == "--deep" ? "given" : joined(option->results(), ",");
+    given[plain] = plain == "--heatmap" || plain == "--deep" ? "given" : joined(option->results(), ",");
   }
-  return told;
+  return given;
 }
 
 /// The words in quotes where a shell needs them.
@@ -417,7 +417,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
         s.render.deep_light = way == "learned" ? integrate::DeepLight::learned : integrate::DeepLight::traced;
       },
       "what hits deep in the hair bring. traced (default): what paths from there find, without bias; learned: the mean "
-      "of what earlier passes found there, and the path ends. Biased, which is told with its error");
+      "of what earlier passes found there, and the path ends. Biased; the bias is reported with its error");
   add_whole(render, "--deep-light-depth", [&s](std::uint64_t n) {
     s.render.deep_light_depth = int(n);
   })->needs(render->get_option("--deep-light"));
@@ -447,7 +447,7 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
             if (const std::string message = contradiction(*render, *settings); !message.empty()) {
               throw WrongUsage(message);
             }
-            settings->told = told_options(*render);
+            settings->given_options = given_options(*render);
             settings->render.halves = settings->keeps_halves || settings->denoise;
             // Each frame has its own seed: noise that stays in place would look like a dirty pane before the hair.
             settings->seed_of_frame = !render->count("--seed");

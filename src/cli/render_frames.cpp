@@ -24,7 +24,7 @@ namespace {
 RenderSettings settings_of(const RenderSettings& all, int frame) {
   RenderSettings one = all;
   one.overrides.frame = frame;
-  one.told["frame"] = std::to_string(frame);
+  one.given_options["frame"] = std::to_string(frame);
   if (all.seed_of_frame) one.render.seed = static_cast<std::uint64_t>(frame);
   one.output = of_frame(all.output, frame);
   for (std::optional<std::filesystem::path>* file :
@@ -45,7 +45,7 @@ bool is_finished(const RenderSettings& settings) {
     return found == picture->metadata.end() ? std::string() : found->second;
   };
   if (of("stopped_by") == "signal" || of("stopped_by") == "checkpoint") return false;
-  return of("settings") == identity_text(identity_of(settings.scene, settings.told));
+  return of("settings") == identity_text(identity_of(settings.scene, settings.given_options));
 }
 
 struct FrameCount {
@@ -53,7 +53,7 @@ struct FrameCount {
   std::vector<std::string> failed;
 };
 
-void tell_frames(const FrameCount& count, std::size_t frames, int signal_status) {
+void log_frames(const FrameCount& count, std::size_t frames, int signal_status) {
   log_note(fmt::format("{}{} frames: {} rendered, {} finished before, {} failed{}{}",
                        signal_status != 0 ? "interrupted, " : "", frames, count.rendered, count.skipped,
                        count.failed.size(), count.failed.empty() ? "" : ": ", fmt::join(count.failed, ",")));
@@ -86,13 +86,13 @@ int render_frames(const RenderSettings& settings) {
     const int status = render_one(one, shares ? &*lines : nullptr, settings.warm_cache ? &learned : nullptr);
     if (status == 2) return status;
     if (status > 128) {
-      tell_frames(count, settings.frames.size(), status);
+      log_frames(count, settings.frames.size(), status);
       return status;
     }
     if (status == 0) ++count.rendered;
     if (status != 0) count.failed.push_back(std::to_string(frame));
   }
-  tell_frames(count, settings.frames.size(), 0);
+  log_frames(count, settings.frames.size(), 0);
   return count.failed.empty() ? 0 : 1;
 }
 

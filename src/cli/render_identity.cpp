@@ -22,7 +22,7 @@
 namespace tress::cli {
 namespace {
 
-constexpr std::size_t most_told = 8;
+constexpr std::size_t most_named = 8;
 constexpr std::uintmax_t most_scene_bytes = std::uintmax_t{1} << 28;
 
 /// The content of a file and of those that it includes; empty if it cannot be read.
@@ -61,10 +61,12 @@ FrameRange frames_of(const nlohmann::json& document, const std::map<std::string,
   };
   double frame = number(document, "/camera/frames/0/frame");
   for (const char* name : {"--frame", "frame"})
-    if (const auto told = options.find(name); told != options.end()) frame = parse_number(told->second).value_or(frame);
+    if (const auto given = options.find(name); given != options.end())
+      frame = parse_number(given->second).value_or(frame);
   double open = number(document, "/camera/shutter/open"), close = number(document, "/camera/shutter/close");
-  if (const auto told = options.find("--shutter"); told != options.end())
-    if (const auto both = parse_numbers(told->second); both && both->size() == 2) open = (*both)[0], close = (*both)[1];
+  if (const auto given = options.find("--shutter"); given != options.end())
+    if (const auto both = parse_numbers(given->second); both && both->size() == 2)
+      open = (*both)[0], close = (*both)[1];
   const auto whole = [](double x) { return static_cast<int>(std::clamp(x, -1e7, 1e7)); };
   return {whole(std::floor(frame + open)), whole(std::ceil(frame + close))};
 }
@@ -150,15 +152,15 @@ std::string differences(const Identity& expected, const Identity& found, const s
     return at == identity.end() ? std::string("nothing") : at->second.substr(0, 120);
   };
   std::string text;
-  std::size_t told = 0;
+  std::size_t differing = 0;
   for (const std::string& name : names) {
     const auto a = expected.find(name), b = found.find(name);
     if (a != expected.end() && b != found.end() && a->second == b->second) continue;
-    if (++told > most_told) continue;
+    if (++differing > most_named) continue;
     text += fmt::format("{}{}: expected {}, found {}", text.empty() ? "" : "; ", name, value_in(expected, name),
                         value_in(found, name));
   }
-  return told > most_told ? fmt::format("{}; and {} more", text, told - most_told) : text;
+  return differing > most_named ? fmt::format("{}; and {} more", text, differing - most_named) : text;
 }
 
 }  // namespace tress::cli

@@ -139,7 +139,7 @@ class RenderJob {
           end_.noise = pass.noise;
           end_.bias_bound = pass.table.bias_bound;
           if (ahead.reason == nullptr && !deadline.passed()) checkpoint(pass, interrupt.requested());
-          if (settings_.part && !deadline.passed()) tell_part(pass);
+          if (settings_.part && !deadline.passed()) write_part(pass);
           const auto save_layers = [&] { write_partial(pass, Partial::layers); };
           const bool goes_on = live_.after_pass(pass, ahead, interrupt.requested(), save_layers);
           if (!goes_on && ahead.reason == nullptr) end_.stopped_by = "page";
@@ -161,7 +161,7 @@ class RenderJob {
   void build_strands() {
     if (strands_) return;
     Step building(fmt::format("building the tree over {} strands", strand_count()));
-    strands_ = std::make_unique<const geometry::FiberScene>(scene_, [&](double share) { building.tell(share); });
+    strands_ = std::make_unique<const geometry::FiberScene>(scene_, [&](double share) { building.set_share(share); });
   }
 
   int dropped() {
@@ -207,10 +207,10 @@ class RenderJob {
   const WarmCacheSession* cache() const { return cache_ ? &*cache_ : nullptr; }
 
   nlohmann::json progress_so_far() const {
-    nlohmann::json told = cache_ ? cache_->progress() : nlohmann::json::object();
-    told["seconds"] = std::chrono::duration<double>(Clock::now() - start_).count();
-    told["telemetry_bytes"] = telemetry_.bytes();
-    return told;
+    nlohmann::json state = cache_ ? cache_->progress() : nlohmann::json::object();
+    state["seconds"] = std::chrono::duration<double>(Clock::now() - start_).count();
+    state["telemetry_bytes"] = telemetry_.bytes();
+    return state;
   }
 
   void checkpoint(const integrate::PassProgress& pass, bool now) {
@@ -243,7 +243,7 @@ class RenderJob {
   }
 
   /// Writes the part after the last pass, while the film exists.
-  void tell_part(const integrate::PassProgress& pass) {
+  void write_part(const integrate::PassProgress& pass) {
     if (pass.pass + 1 < pass.pass_count) return;
     PartHeader part = part_header_of(settings_, scene_, identity_, counts_objects());
     part.window = pass.film->window();
@@ -294,9 +294,9 @@ class RenderJob {
     PictureFiles files;
     if (settings_.denoise) end_.denoised_noise = denoise_picture(settings_.output, &result.picture);
     const std::optional<std::filesystem::path> written = write_pictures(settings_, scene_, result, &files);
-    files.tell(part_failed_);
+    files.check(part_failed_);
     // This comes last: it may have to wait for another session, and the picture must not.
-    if (cache_) files.tell(cache_->save(*service_));
+    if (cache_) files.check(cache_->save(*service_));
     if (carried_ != nullptr && service_ != nullptr) *carried_ = fibers_.hand_over();
     telemetry_.summary(files.failed() ? "failed" : (signal_status != 0 ? "interrupted" : "done"),
                        summary_fields(result, end_, written.value_or(settings_.output)), cache());
@@ -309,7 +309,7 @@ class RenderJob {
                       "the others; materials that return more light than falls on them (`gain` above 1) make such",
                       result.dropped_samples));
     }
-    if (cache_) cache_->tell_savings();
+    if (cache_) cache_->log_savings();
     if (written) {
       log_note(fmt::format("{}{}: {:.4g} samples a pixel in {:.1f} s", signal_status != 0 ? "interrupted, " : "",
                            written->string(), result.samples_per_pixel, end_.seconds));
@@ -347,9 +347,9 @@ bool took_look(const scene::Unstyled& unstyled, const RenderSettings& settings, 
     files->live.refuse_look(error->message());
     return false;
   }
-  for (const auto& [option, text] : settings.told) files->identity[option] = text;
+  for (const auto& [option, text] : settings.given_options) files->identity[option] = text;
   for (const char* option : {"--color", "--sigma-a", "--hair"})
-    if (!settings.told.contains(option)) files->identity.erase(option);
+    if (!settings.given_options.contains(option)) files->identity.erase(option);
   return true;
 }
 
@@ -397,9 +397,9 @@ int render_one(const RenderSettings& asked, TelemetryLines* shared, fiber::Model
     log_error(message);
     return 2;
   }
-  tell_lost_medullas(*scene, settings.model);
+  log_lost_medullas(*scene, settings.model);
   if (const int status = log_refusal(settings, *scene); status != 0) return status;
-  const Identity identity = identity_of(settings.scene, settings.told);
+  const Identity identity = identity_of(settings.scene, settings.given_options);
   std::optional<CheckpointSession> checkpoint;
   std::optional<SavedRender> saved;
   if (settings.checkpoint) {

@@ -25,28 +25,28 @@ std::string brightening_words(const integrate::Brightening& excess) {
 
 void describe_result(const integrate::RenderResult& result, const RenderEnd& end,
                      std::map<std::string, std::string>* header) {
-  std::map<std::string, std::string>& told = *header;
-  told["noise"] = fmt::format("{:.4g}", end.noise);
-  told["samples"] = fmt::format("{}", result.samples_per_pixel);
-  told["dropped_samples"] = std::to_string(result.dropped_samples);
-  told["stopped_by"] = end.stopped_by;
-  if (!end.near.empty()) told["near"] = end.near;
-  told["time"] = fmt::format("{:.3f} s", end.seconds);
-  told["cache_hash"] = end.cache_hash;
+  std::map<std::string, std::string>& entries = *header;
+  entries["noise"] = fmt::format("{:.4g}", end.noise);
+  entries["samples"] = fmt::format("{}", result.samples_per_pixel);
+  entries["dropped_samples"] = std::to_string(result.dropped_samples);
+  entries["stopped_by"] = end.stopped_by;
+  if (!end.near.empty()) entries["near"] = end.near;
+  entries["time"] = fmt::format("{:.3f} s", end.seconds);
+  entries["cache_hash"] = end.cache_hash;
   if (result.excess) {
-    told["bias_estimate"] = fmt::format("{:.4f} +- {:.4f}", result.excess->value, result.excess->error);
+    entries["bias_estimate"] = fmt::format("{:.4f} +- {:.4f}", result.excess->value, result.excess->error);
     log_note(brightening_words(*result.excess));
   }
   if (result.deep_light) {
     const integrate::DeepLightBias& bias = *result.deep_light;
-    told["deep_light_bias"] = fmt::format("{:.4f} +- {:.4f}", bias.value, bias.error);
+    entries["deep_light_bias"] = fmt::format("{:.4f} +- {:.4f}", bias.value, bias.error);
     log_note(
         fmt::format("light from deep in the hair is learned: it makes the hair {:.2g} % {} than traced light would, "
                     "give or take {:.2g} %, by {} paths that were traced on",
                     100 * std::abs(bias.value), bias.value < 0 ? "darker" : "brighter", 100 * bias.error, bias.paths));
   }
   if (!result.bias) return;
-  told["bias"] = fmt::format("{:.4f} +- {:.4f}", result.bias->value, result.bias->error);
+  entries["bias"] = fmt::format("{:.4f} +- {:.4f}", result.bias->value, result.bias->error);
   log_note(fmt::format("bias of the brightness {:.2g} %, standard error {:.2g} %, by {} paths without rows",
                        100 * result.bias->value, 100 * result.bias->error, result.bias->paths));
 }
@@ -81,7 +81,7 @@ std::optional<std::filesystem::path> write_pictures(const RenderSettings& settin
   }
   if (result.deep) {
     kept.channels.clear();
-    image::keep_layers({}, &kept);  // without mattes, of which the header would tell
+    image::keep_layers({}, &kept);  // without mattes, which the header would name
     // OpenEXR has a number of that name in deep files.
     if (auto version = kept.metadata.extract("version")) {
       version.key() = "tress_version";

@@ -52,19 +52,19 @@ struct RenderSettings {
   std::uint64_t cache_limit = std::uint64_t{1} << 30;  ///< limit of default_cache, bytes
   std::optional<std::filesystem::path> telemetry;
   bool telemetry_rows = false;
-  std::optional<std::filesystem::path> heatmap;     ///< ends in .exr
-  std::optional<std::filesystem::path> deep;        ///< ends in .exr
-  std::map<std::string, std::string> told;          ///< options that change the picture, by name, as they were given
-  std::vector<int> frames;                          ///< empty: one picture; else names of files may have ####
-  bool overwrite = false;                           ///< whether finished frames are rendered again
-  bool seed_of_frame = true;                        ///< no seed was given: use the number of the frame
-  std::optional<std::filesystem::path> checkpoint;  ///< empty: beside the output
-  double checkpoint_interval = 30;                  ///< seconds
-  double checkpoint_deadline = 20;                  ///< seconds for which a pass may continue after a signal
-  std::optional<int> samples_from, samples_to;      ///< range of a pixel's samples; the end is excluded
-  std::optional<std::filesystem::path> part;        ///< output for `tress merge`
-  std::optional<std::string> display_server;        ///< HOST:PORT of a viewer
-  std::optional<std::string> serve;                 ///< ADDRESS:PORT of the live page; empty: a free port
+  std::optional<std::filesystem::path> heatmap;      ///< ends in .exr
+  std::optional<std::filesystem::path> deep;         ///< ends in .exr
+  std::map<std::string, std::string> given_options;  ///< options that change the picture, by name, as they were given
+  std::vector<int> frames;                           ///< empty: one picture; else names of files may have ####
+  bool overwrite = false;                            ///< whether finished frames are rendered again
+  bool seed_of_frame = true;                         ///< no seed was given: use the number of the frame
+  std::optional<std::filesystem::path> checkpoint;   ///< empty: beside the output
+  double checkpoint_interval = 30;                   ///< seconds
+  double checkpoint_deadline = 20;                   ///< seconds for which a pass may continue after a signal
+  std::optional<int> samples_from, samples_to;       ///< range of a pixel's samples; the end is excluded
+  std::optional<std::filesystem::path> part;         ///< output for `tress merge`
+  std::optional<std::string> display_server;         ///< HOST:PORT of a viewer
+  std::optional<std::string> serve;                  ///< ADDRESS:PORT of the live page; empty: a free port
   std::optional<std::filesystem::path> serve_reference;
 };
 

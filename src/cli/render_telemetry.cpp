@@ -16,13 +16,13 @@ using Extra = RenderTelemetry::Extra;
 
 Extra cache_fields(const RenderSettings& settings, const WarmCacheSession* cache) {
   if (!settings.warm_cache) return {};
-  nlohmann::ordered_json told = {{"file", (cache != nullptr ? cache->file() : *settings.warm_cache).string()},
-                                 {"mode", cache_mode_name(settings.cache_mode)}};
+  nlohmann::ordered_json warm_cache = {{"file", (cache != nullptr ? cache->file() : *settings.warm_cache).string()},
+                                       {"mode", cache_mode_name(settings.cache_mode)}};
   if (cache != nullptr)
-    told.update(cache->telemetry());
+    warm_cache.update(cache->telemetry());
   else
-    told["loaded"] = "not asked";
-  return {{"warm_cache", json_text(told)}};
+    warm_cache["loaded"] = "not asked";
+  return {{"warm_cache", json_text(warm_cache)}};
 }
 
 }  // namespace
@@ -63,7 +63,7 @@ void RenderTelemetry::listen(adaptive::Service* service) {
   std::map<adaptive::SliceKey, adaptive::SliceId> slices;
   for (adaptive::SliceId id = 0; id < service->slice_count(); ++id) slices.emplace(service->slice(id).key, id);
   service->set_row_listener([this, service, slices = std::move(slices)](const adaptive::RowReport& row) {
-    Extra fields{{"pass", json_text(passes_told_)}};
+    Extra fields{{"pass", json_text(passes_written_)}};
     if (const auto slice = slices.find(row.slice); slice != slices.end())
       fields.merge(words_of_row(service->slice(slice->second), row.node, settings_.table.epsilon));
     add_frame(fields);
@@ -90,7 +90,7 @@ void RenderTelemetry::pass(const integrate::PassProgress& pass) {
   if (pass.deep_light) fields.emplace("deep_light_bias", deep_light_text(*pass.deep_light));
   add_frame(fields);
   lines_.write([&](adaptive::TelemetryWriter& writer) { return writer.pass(pass.table, fields); });
-  passes_told_ = pass.pass + 1;
+  passes_written_ = pass.pass + 1;
 }
 
 void RenderTelemetry::summary(const char* status, Extra fields, const WarmCacheSession* cache) {

@@ -30,7 +30,7 @@ class RenderTelemetry {
   void pass(const integrate::PassProgress& pass);
   void summary(const char* status, Extra fields, const WarmCacheSession* cache);
   /// Replaces header() in a render that continues from a checkpoint with this many passes.
-  void resume(int passes) { passes_told_ = passes; }
+  void resume(int passes) { passes_written_ = passes; }
 
   std::uint64_t bytes() const { return lines_.bytes(); }
   bool failed() const { return lines_.failed(); }
@@ -41,7 +41,7 @@ class RenderTelemetry {
   const RenderSettings& settings_;
   TelemetryLines& lines_;
   adaptive::Service* service_ = nullptr;  ///< the service with this listener
-  int passes_told_ = 0;
+  int passes_written_ = 0;
 };
 
 /// {"paths": ..., "chi2": ..., "deviation": ..., "common_chi2": ..., "common_deviation": ...}.

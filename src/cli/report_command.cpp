@@ -22,21 +22,21 @@ struct ReportSettings {
 };
 
 int run_report(const ReportSettings& settings) {
-  const auto told = [](const Error& error) {
+  const auto failed = [](const Error& error) {
     log_error(error.message());
     return 1;
   };
-  if (const auto error = check_output(settings.output)) return told(*error);
+  if (const auto error = check_output(settings.output)) return failed(*error);
   nlohmann::ordered_json runs = nlohmann::ordered_json::array();
   for (const std::filesystem::path& file : settings.runs) {
     const auto data = live::report_data(file);
-    if (!data) return told(data.error());
+    if (!data) return failed(data.error());
     for (const nlohmann::ordered_json& run : *data) {
       log_note(run["name"].get<std::string>() + ": " + run["verdict"]["text"].get<std::string>());
       runs.push_back(run);
     }
   }
-  if (const auto error = replace_file(settings.output, live::whole_page("report.html", runs))) return told(*error);
+  if (const auto error = replace_file(settings.output, live::whole_page("report.html", runs))) return failed(*error);
   remove_leftovers(settings.output);
   return 0;
 }

@@ -31,7 +31,7 @@ void SceneModel::add_fibers(const scene::Scene& scene) {
     Step step(fmt::format("energies of {} kind{} of fiber", scene.fibers.size(), scene.fibers.size() == 1 ? "" : "s"));
     for (const fiber::FiberParameters& parameters : scene.fibers) {
       fiber_ids_.push_back(model_->add_fiber(parameters));
-      step.tell(static_cast<double>(fiber_ids_.size()) / static_cast<double>(scene.fibers.size()));
+      step.set_share(static_cast<double>(fiber_ids_.size()) / static_cast<double>(scene.fibers.size()));
     }
   }
   if (unbiased_) {
@@ -40,7 +40,7 @@ void SceneModel::add_fibers(const scene::Scene& scene) {
     for (const fiber::FiberParameters& parameters : scene.fibers)
       audit_.fiber_ids.push_back(unbiased_->add_fiber(parameters));
   }
-  for (const scene::Material& material : scene.materials) tell_narrow_blurs(material);
+  for (const scene::Material& material : scene.materials) log_narrow_blurs(material);
   if (!service()) return;
   const auto plural = [](std::size_t count) { return count == 1 ? "" : "s"; };
   const std::size_t pages = service()->slice_count();
@@ -49,7 +49,7 @@ void SceneModel::add_fibers(const scene::Scene& scene) {
                        double(settings_.table.memory_bytes) / double(1 << 20)));
 }
 
-void SceneModel::tell_narrow_blurs(const scene::Material& material) const {
+void SceneModel::log_narrow_blurs(const scene::Material& material) const {
   if (!service() || info_.learns_samples()) return;
   const std::array<float, 3> sigmas = fiber::azimuthal_sigmas(material.fiber);
   for (int lobe = 0; lobe < 3; ++lobe) {

@@ -33,7 +33,7 @@ class SceneModel {
   fiber::ModelService hand_over();
 
  private:
-  void tell_narrow_blurs(const scene::Material& material) const;
+  void log_narrow_blurs(const scene::Material& material) const;
 
   const RenderSettings& settings_;
   const fiber::ModelInfo& info_;

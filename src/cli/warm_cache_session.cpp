@@ -89,7 +89,7 @@ std::optional<Error> WarmCacheSession::open(adaptive::Service& service) {
     return std::nullopt;
   }
   loaded_ = "loaded";
-  tell_left_out(file_, contents);
+  log_left_out(file_, contents);
   expects_file_ = true;
   rows_loaded_ = contents.rows();
   count_known(service);
@@ -116,7 +116,7 @@ std::optional<Error> WarmCacheSession::open_folder(adaptive::Service& service) {
     return std::nullopt;
   }
   loaded_ = "loaded";
-  tell_left_out(file_, found.contents);
+  log_left_out(file_, found.contents);
   rows_loaded_ = found.contents.rows();
   count_known(service);
   log_note(fmt::format("warm cache {}: loaded {} rows, {} of them converged, from {} of {} pages ({})", file_.string(),
@@ -129,12 +129,12 @@ std::optional<Error> WarmCacheSession::save_folder(const adaptive::Service& serv
   if (std::optional<Error> error = folder_->check()) return error;
   const auto saved = folder_->save(service, mode_ == CacheMode::scratch);
   if (!saved) return saved.error();
-  tell_removed(file_, saved->removed);
+  log_removed(file_, saved->removed);
   for (const Error& refused : saved->refused)
     log_warning(fmt::format("warm cache {}: not saved into a file that is refused and left as it is: {}",
                             file_.string(), refused.message()));
-  tell_saved(mode_ == CacheMode::scratch ? "saved" : "merged",
-             mode_ == CacheMode::scratch ? "saved" : "merged and saved", saved->contents);
+  log_saved(mode_ == CacheMode::scratch ? "saved" : "merged",
+            mode_ == CacheMode::scratch ? "saved" : "merged and saved", saved->contents);
   const auto pruned = folder_->prune(limit_);
   if (!pruned) return pruned.error();
   if (!pruned->removed.empty())
@@ -206,7 +206,7 @@ std::optional<double> WarmCacheSession::cpu_seconds_spared() const {
   return learning_cpu_seconds_ / static_cast<double>(g_evaluations_) * static_cast<double>(samples_known_);
 }
 
-void WarmCacheSession::tell_savings() const {
+void WarmCacheSession::log_savings() const {
   if (rows_known_ == 0) return;
   const std::optional<double> seconds = cpu_seconds_spared();
   log_note(fmt::format(
@@ -215,16 +215,16 @@ void WarmCacheSession::tell_savings() const {
 }
 
 nlohmann::ordered_json WarmCacheSession::telemetry() const {
-  nlohmann::ordered_json told{{"loaded", loaded_}, {"rows_loaded", rows_loaded_}};
+  nlohmann::ordered_json fields{{"loaded", loaded_}, {"rows_loaded", rows_loaded_}};
   if (rows_known_ > 0) {
-    told["rows_known"] = rows_known_;
-    told["samples_known"] = samples_known_;
-    if (const std::optional<double> seconds = cpu_seconds_spared()) told["cpu_seconds_spared_estimate"] = *seconds;
+    fields["rows_known"] = rows_known_;
+    fields["samples_known"] = samples_known_;
+    if (const std::optional<double> seconds = cpu_seconds_spared()) fields["cpu_seconds_spared_estimate"] = *seconds;
   }
-  told["saved"] = saved_;
-  told["rows_saved"] = rows_saved_;
-  if (!reason_.empty()) told["reason"] = reason_;
-  return told;
+  fields["saved"] = saved_;
+  fields["rows_saved"] = rows_saved_;
+  if (!reason_.empty()) fields["reason"] = reason_;
+  return fields;
 }
 
 void WarmCacheSession::save_if_due(const adaptive::Service& service) {
@@ -249,15 +249,15 @@ std::optional<Error> WarmCacheSession::save(const adaptive::Service& service) {
 std::optional<Error> WarmCacheSession::replace(const adaptive::Service& service) {
   const Result<adaptive::CacheSave> save = adaptive::replace_cache(file_, *service.rows());
   if (!save) return save.error();
-  tell_removed(file_, save->removed);
-  tell_saved("saved", "saved", save->contents);
+  log_removed(file_, save->removed);
+  log_saved("saved", "saved", save->contents);
   return std::nullopt;
 }
 
 std::optional<Error> WarmCacheSession::merge(const adaptive::Service& service) {
   const Result<adaptive::CacheUpdate> update = adaptive::merge_into_cache(file_, *service.rows());
   if (!update) return update.error();
-  tell_removed(file_, update->removed);
+  log_removed(file_, update->removed);
   switch (update->outcome) {
     case adaptive::CacheUpdate::Outcome::refused:
       saved_ = "refused";
@@ -266,16 +266,16 @@ std::optional<Error> WarmCacheSession::merge(const adaptive::Service& service) {
                               reason_));
       break;
     case adaptive::CacheUpdate::Outcome::merged:
-      tell_saved("merged", "merged and saved", update->contents);
+      log_saved("merged", "merged and saved", update->contents);
       break;
     case adaptive::CacheUpdate::Outcome::created:
-      tell_saved("saved", expects_file_ ? "the file had gone, saved anew," : "saved", update->contents);
+      log_saved("saved", expects_file_ ? "the file had gone, saved anew," : "saved", update->contents);
       break;
   }
   return std::nullopt;
 }
 
-void WarmCacheSession::tell_saved(const char* outcome, const char* words, const adaptive::CacheContents& contents) {
+void WarmCacheSession::log_saved(const char* outcome, const char* words, const adaptive::CacheContents& contents) {
   rows_saved_ = contents.rows();
   saved_ = outcome;
   reason_.clear();

@@ -63,7 +63,7 @@ class WarmCacheSession {
   /// empty if it learned too few.
   std::optional<double> cpu_seconds_spared() const;
   /// Logs a note with the number of known rows, if any, and this cost.
-  void tell_savings() const;
+  void log_savings() const;
   /// What was loaded and saved, for telemetry, without the file and the mode.
   nlohmann::ordered_json telemetry() const;
 
@@ -83,7 +83,7 @@ class WarmCacheSession {
  private:
   std::optional<Error> replace(const adaptive::Service& service);
   std::optional<Error> merge(const adaptive::Service& service);
-  void tell_saved(const char* outcome, const char* words, const adaptive::CacheContents& contents);
+  void log_saved(const char* outcome, const char* words, const adaptive::CacheContents& contents);
   std::optional<Error> open_folder(adaptive::Service& service);
   std::optional<Error> save_folder(const adaptive::Service& service);
   void count_known(const adaptive::Service& service);

@@ -25,7 +25,7 @@ using adaptive::RowState;
 using adaptive::SliceDescription;
 
 constexpr int longer_side = 64, samples_of_pixel = 4;
-constexpr std::size_t most_rows_told = 20, rows_in_words = 3;
+constexpr std::size_t most_rows = 20, rows_in_words = 3;
 
 struct CachedState {
   RowState state;
@@ -107,7 +107,7 @@ std::vector<WarmGroom> grooms_of(const fiber::ModelInfo& info, const scene::Scen
                                  const std::vector<WarmSlice>& slices) {
   std::vector<WarmGroom> grooms;
   for (const scene::Groom& groom : scene.grooms) {
-    WarmGroom told{groom.object, scene.materials[groom.material].name, {}, {}};
+    WarmGroom warm{groom.object, scene.materials[groom.material].name, {}, {}};
     std::set<std::uint32_t> used;
     if (info.slices_of != nullptr) {
       for (const std::uint32_t fiber : std::set<std::uint32_t>(groom.fiber.begin(), groom.fiber.end())) {
@@ -117,11 +117,11 @@ std::vector<WarmGroom> grooms_of(const fiber::ModelInfo& info, const scene::Scen
         }
       }
     }
-    told.slices.assign(used.begin(), used.end());
-    for (const std::uint32_t slice : told.slices) {
-      if (!slices[slice].only_proposes) told.share.add(slices[slice].share);
+    warm.slices.assign(used.begin(), used.end());
+    for (const std::uint32_t slice : warm.slices) {
+      if (!slices[slice].only_proposes) warm.share.add(slices[slice].share);
     }
-    grooms.push_back(std::move(told));
+    grooms.push_back(std::move(warm));
   }
   return grooms;
 }
@@ -155,13 +155,13 @@ nlohmann::ordered_json share_json(const WarmShare& share) {
 }
 
 nlohmann::ordered_json to_json(const WarmSlice& slice) {
-  nlohmann::ordered_json told{{"lobe", lobe_word(slice.slice)}};
-  for (const HairParameter& parameter : hair_parameters(slice.slice)) told[parameter.name] = parameter.value;
-  if (const auto roughness = roughness_of_blur(slice.slice)) told["roughness"] = *roughness;
-  told["in_cache"] = slice.in_cache;
-  if (slice.only_proposes) told["only_proposes"] = true;
-  told["share"] = share_json(slice.share);
-  told["rows"] = {{"asked", slice.rows_asked}, {"answering", slice.rows_answering}};
+  nlohmann::ordered_json fields{{"lobe", lobe_word(slice.slice)}};
+  for (const HairParameter& parameter : hair_parameters(slice.slice)) fields[parameter.name] = parameter.value;
+  if (const auto roughness = roughness_of_blur(slice.slice)) fields["roughness"] = *roughness;
+  fields["in_cache"] = slice.in_cache;
+  if (slice.only_proposes) fields["only_proposes"] = true;
+  fields["share"] = share_json(slice.share);
+  fields["rows"] = {{"asked", slice.rows_asked}, {"answering", slice.rows_answering}};
   if (!slice.in_cache) {
     nlohmann::ordered_json differences = nlohmann::ordered_json::array();
     if (slice.nearest) {
@@ -169,13 +169,13 @@ nlohmann::ordered_json to_json(const WarmSlice& slice) {
         differences.push_back(
             {{"parameter", difference.name}, {"cache", difference.there}, {"scene", difference.here}});
     }
-    told["differs"] = differences;
+    fields["differs"] = differences;
   }
   std::map<std::string, std::uint64_t> why;
   for (const ColdRow& row : slice.cold) ++why[why_cold_name(row.why)];
-  told["missing"] = why;
-  nlohmann::ordered_json& rows = told["missing_rows"] = nlohmann::ordered_json::array();
-  for (std::size_t i = 0; i < std::min(slice.cold.size(), most_rows_told); ++i) {
+  fields["missing"] = why;
+  nlohmann::ordered_json& rows = fields["missing_rows"] = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < std::min(slice.cold.size(), most_rows); ++i) {
     const ColdRow& row = slice.cold[i];
     nlohmann::ordered_json& one = rows.emplace_back(
         nlohmann::ordered_json{{"node", row.node}, {"queries", row.queries}, {"why", why_cold_name(row.why)}});
@@ -183,7 +183,7 @@ nlohmann::ordered_json to_json(const WarmSlice& slice) {
     if (const auto angles = words.find("angles"); angles != words.end())
       one["angles"] = nlohmann::ordered_json::parse(angles->second, nullptr, false);
   }
-  return told;
+  return fields;
 }
 
 /// "phi_r 45, theta_d 30 degrees (0.02)": the directions that are queried most and not answered, with their shares.
@@ -273,21 +273,21 @@ Result<WarmStart> measure_warm_start(const RenderSettings& asked, scene::Scene s
 }
 
 nlohmann::ordered_json to_json(const WarmStart& start) {
-  nlohmann::ordered_json told{
+  nlohmann::ordered_json fields{
       {"model", start.model},
       {"traced", {{"width", start.width}, {"height", start.height}, {"samples", start.samples}}}};
-  if (start.refused) told["refused"] = *start.refused;
-  told["share"] = share_json(start.share);
-  nlohmann::ordered_json& grooms = told["grooms"] = nlohmann::ordered_json::array();
+  if (start.refused) fields["refused"] = *start.refused;
+  fields["share"] = share_json(start.share);
+  nlohmann::ordered_json& grooms = fields["grooms"] = nlohmann::ordered_json::array();
   for (const WarmGroom& groom : start.grooms) {
     grooms.push_back({{"name", groom.name},
                       {"material", groom.material},
                       {"slices", groom.slices},
                       {"share", share_json(groom.share)}});
   }
-  nlohmann::ordered_json& slices = told["slices"] = nlohmann::ordered_json::array();
+  nlohmann::ordered_json& slices = fields["slices"] = nlohmann::ordered_json::array();
   for (const WarmSlice& slice : start.slices) slices.push_back(to_json(slice));
-  return told;
+  return fields;
 }
 
 std::string in_words(const WarmStart& start) {

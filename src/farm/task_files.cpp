@@ -63,7 +63,7 @@ TaskState read_state(const std::filesystem::path& file) {
   const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
   TaskState state;
   if (!json.is_object()) return state;
-  const auto told = [&](const char* name) {
+  const auto text_of = [&](const char* name) {
     return json.contains(name) && json[name].is_string() ? json[name].get<std::string>() : std::string();
   };
   const auto count = [&](const char* name) {
@@ -71,12 +71,12 @@ TaskState read_state(const std::filesystem::path& file) {
     return is_good ? json[name].get<int>() : 0;
   };
   for (const Phase phase : phases) {
-    if (told("state") == phase_name(phase)) state.phase = phase;
+    if (text_of("state") == phase_name(phase)) state.phase = phase;
   }
   state.attempts = count("attempts");
   state.status = count("status");
-  state.host = told("host");
-  state.job = told("job");
+  state.host = text_of("host");
+  state.job = text_of("job");
   return state;
 }
 

@@ -33,7 +33,8 @@ class DirectionRows {
       : service_(service),
         reader_(service),
         importance_(event.importance),
-        tells_formed_(event.importance > 0 && static_cast<std::uint32_t>(event.xi1 * 0x1p24f) % light_interval == 0) {}
+        records_formed_(event.importance > 0 && static_cast<std::uint32_t>(event.xi1 * 0x1p24f) % light_interval == 0) {
+  }
 
   /// Gets the existing answers at node b of each run; null if a node has no answer yet. Returns true if all exist.
   /// `Row` is the type that the form writes. lobes: those of the runs.
@@ -45,7 +46,7 @@ class DirectionRows {
       const adaptive::RowAnswer answer = reader_.read(runs[i], b);
       rows[i] = static_cast<const Row*>(answer.block());
       all = all && answer;
-      if (tells_formed_ && answer && answer.has_row()) [[unlikely]]
+      if (records_formed_ && answer && answer.has_row()) [[unlikely]]
         write_down(runs[i].slice, runs[i].first_node + b, 0, lobes[i], light_interval);
     }
     return all;
@@ -53,7 +54,7 @@ class DirectionRows {
   /// The same for one node; its answer is made now if its row has converged, and is null if it has not.
   adaptive::FormedLookup fetch(const adaptive::FormedRows& rows, std::uint32_t node, Lobe lobe) {
     adaptive::FormedLookup found = service_->fetch(rows, node);
-    if (tells_formed_ && found.answer && found.answer.has_row())
+    if (records_formed_ && found.answer && found.answer.has_row())
       write_down(found.row.slice, found.row.node, found.row.pass, lobe, light_interval);
     return found;
   }
@@ -70,7 +71,7 @@ class DirectionRows {
     return row;
   }
   /// Sets S of a row that was looked up here, if it is not the whole S of its lobe.
-  void tell_part(const adaptive::RowView& row, const glm::vec3& s) {
+  void set_part(const adaptive::RowView& row, const glm::vec3& s) {
     for (std::size_t i = 0; i < count_; ++i) {
       if (asked_[i].slice == row.slice && asked_[i].node == row.node) asked_[i].part = luminance(s);
     }
@@ -104,7 +105,7 @@ class DirectionRows {
   const adaptive::Service* service_;
   adaptive::AnswerReader reader_;
   float importance_ = 0;
-  bool tells_formed_ = false;
+  bool records_formed_ = false;
   std::size_t count_ = 0;
   std::array<Asked, most> asked_;  ///< the first count_ are used
 };
@@ -157,14 +158,14 @@ class RowOfEvent {
       answer = reader.read(rows.run(node / rows.width()), node % rows.width());
     }
     if (answer) {
-      row_ = {&rows, answer.block(), node, 0, true, tells_formed_ ? light_interval : std::uint8_t{0}};
+      row_ = {&rows, answer.block(), node, 0, true, records_formed_ ? light_interval : std::uint8_t{0}};
       return row_;
     }
     const adaptive::FormedLookup found = service_->look_up(rows, node);
     const bool has_converged = static_cast<bool>(found.answer), is_kept = has_converged && !found.kept;
     row_ = {&rows,         is_kept ? found.answer.block() : nullptr,
             node,          found.row.pass,
-            has_converged, has_converged ? (tells_formed_ ? light_interval : std::uint8_t{0}) : std::uint8_t{1}};
+            has_converged, has_converged ? (records_formed_ ? light_interval : std::uint8_t{0}) : std::uint8_t{1}};
     return row_;
   }
 
@@ -172,10 +173,10 @@ class RowOfEvent {
   friend class EventRowModel;
   static constexpr std::uint8_t light_interval = 16;  ///< decided by bits of xi1 that choose no node
   RowOfEvent(const adaptive::Service* service, float xi1)
-      : service_(service), tells_formed_(static_cast<std::uint32_t>(xi1 * 0x1p24f) % light_interval == 0) {}
+      : service_(service), records_formed_(static_cast<std::uint32_t>(xi1 * 0x1p24f) % light_interval == 0) {}
 
   const adaptive::Service* service_;
-  bool tells_formed_;
+  bool records_formed_;
   EventRow row_;
 };
 

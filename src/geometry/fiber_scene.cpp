@@ -579,7 +579,8 @@ struct FiberScene::Implementation {
   RTCScene scene = nullptr;
 };
 
-FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(double)>& told, const TreeOptions& tree)
+FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(double)>& on_progress,
+                       const TreeOptions& tree)
     : implementation_(std::make_unique<Implementation>()) {
   Implementation& self = *implementation_;
   self.device = rtcNewDevice(tree.device.c_str());
@@ -614,13 +615,14 @@ FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(doubl
     if (!scene.grooms[index].instances.empty() && !self.grooms[index].first_control.empty())
       self.add_copies(scene.grooms[index], index, tree, !scene.meshes.empty());
   // Embree calls it from any thread; it returns true to continue.
-  const auto tell = [](void* listener, double share) {
+  const auto monitor = [](void* listener, double share) {
     (*static_cast<const std::function<void(double)>*>(listener))(share);
     return true;
   };
-  if (told) rtcSetSceneProgressMonitorFunction(self.scene, tell, const_cast<std::function<void(double)>*>(&told));
+  if (on_progress)
+    rtcSetSceneProgressMonitorFunction(self.scene, monitor, const_cast<std::function<void(double)>*>(&on_progress));
   rtcJoinCommitScene(self.scene);
-  if (told) rtcSetSceneProgressMonitorFunction(self.scene, nullptr, nullptr);
+  if (on_progress) rtcSetSceneProgressMonitorFunction(self.scene, nullptr, nullptr);
   check(self.device, self.scene);
 }
 

@@ -125,9 +125,10 @@ struct TreeOptions {
 /// Built once; intersect and occluded: any thread.
 class FiberScene {
  public:
-  /// Builds inside the calling oneTBB arena. `scene` must outlive this. Throws std::bad_alloc if memory runs out. told:
+  /// Builds inside the calling oneTBB arena. `scene` must outlive this. Throws std::bad_alloc if memory runs out.
+  /// on_progress:
   /// called now and then with the share of the tree that is built, [0, 1], from any thread; may be empty.
-  explicit FiberScene(const scene::Scene& scene, const std::function<void(double)>& told = {},
+  explicit FiberScene(const scene::Scene& scene, const std::function<void(double)>& on_progress = {},
                       const TreeOptions& tree = {});
   ~FiberScene();
   FiberScene(const FiberScene&) = delete;

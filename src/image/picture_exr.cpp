@@ -216,17 +216,17 @@ std::optional<Error> write_deep_exr(const std::filesystem::path& file, const Dee
   }
   MemoryStream stream;
   try {
-    Imf::Header told = header_of(header);
-    told.setType(Imf::DEEPSCANLINE);
-    told.compression() = Imf::ZIPS_COMPRESSION;
+    Imf::Header deep_header = header_of(header);
+    deep_header.setType(Imf::DEEPSCANLINE);
+    deep_header.compression() = Imf::ZIPS_COMPRESSION;
     // By channel, the address of the first sample of each pixel of a row, as OpenEXR takes it.
     using Pointers = std::vector<const float*>;
     std::map<std::string, Pointers> rows;
     for (const char* name : {"R", "G", "B", "A", "Z", "ZBack"}) {
-      told.channels().insert(name, Imf::Channel(Imf::FLOAT));
+      deep_header.channels().insert(name, Imf::Channel(Imf::FLOAT));
       rows.emplace(name, Pointers(width));
     }
-    Imf::DeepScanLineOutputFile out(stream, told);
+    Imf::DeepScanLineOutputFile out(stream, deep_header);
     // Every row is at the same addresses, so a step of 0 leads from one to the next.
     const auto base_of = [&](auto* first) {
       const auto left = static_cast<std::intptr_t>(sizeof(*first)) * header.left;

@@ -18,7 +18,7 @@ constexpr double least_spread = 1e-12;
 
 /// The variance as written to a picture. It leaves out the spread that comes from rounding alone, because that depends
 /// on the order of the sums.
-glm::dvec3 told_variance(const PixelSums& pixel, Ground ground) {
+glm::dvec3 written_variance(const PixelSums& pixel, Ground ground) {
   glm::dvec3 variance = pixel.variance_of_mean();
   const double n = std::max(1u, pixel.samples);
   const glm::dvec3 limit = least_spread * pixel.beauty(ground) / n;
@@ -145,7 +145,7 @@ image::Picture Film::picture() const {
   add_three("tangent.", xyz, [&](const PixelSums& pixel) { return over_covered(pixel, pixel.tangent); });
   add("Z", [&](const PixelSums& pixel) { return static_cast<float>(over_covered(pixel, pixel.distance_cm)); });
   add_data_channels(source, &picture);
-  add_three("variance.", rgb, [&](const PixelSums& pixel) { return told_variance(pixel, ground_); });
+  add_three("variance.", rgb, [&](const PixelSums& pixel) { return written_variance(pixel, ground_); });
   add_half_channels(source, &picture);
   for (int i = 0; i < 2 && !motion_.empty(); ++i) {
     std::vector<float> pixels(pixels_.size(), 0.0f);

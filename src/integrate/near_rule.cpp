@@ -16,7 +16,7 @@ namespace tress::integrate {
 namespace {
 
 constexpr std::uint64_t purpose = 0x636c6f7365ull;
-constexpr std::size_t rays_that_decide = 1 << 14, rays_that_tell = 1 << 10, most_rays = 2048, least_rays = 16;
+constexpr std::size_t rays_that_decide = 1 << 14, rays_that_label = 1 << 10, most_rays = 2048, least_rays = 16;
 constexpr int hits_of_ray = 3;
 
 glm::vec3 any_direction(RandomStream& random) {
@@ -33,7 +33,7 @@ void measure_closeness(NearOptions& options, const scene::Scene& scene, const ge
   using Where = NearOptions::Where;
   options.closeness.clear();
   if (options.where != Where::seen && options.where != Where::touching) return;
-  const std::size_t in_all = options.where == Where::touching ? rays_that_decide : rays_that_tell;
+  const std::size_t in_all = options.where == Where::touching ? rays_that_decide : rays_that_label;
   struct Count {
     std::uint32_t left = 0, met = 0;
   };

@@ -42,7 +42,7 @@ class PathTracer {
 
   /// Sets the mean luminance of hair and surfaces in the picture, as far as it is known. It decides for which light the
   /// excess of rows is evaluated; any value leaves every mean as it is. Call it between passes.
-  void tell_brightness(double luminance) { brightness_ = static_cast<float>(luminance); }
+  void set_brightness(double luminance) { brightness_ = static_cast<float>(luminance); }
 
  private:
   /// Light of one light sample by layer, and an estimate of its excess by the errors of rows.

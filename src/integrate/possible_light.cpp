@@ -36,7 +36,7 @@ std::vector<geometry::Hit> seen_hits(const scene::Scene& scene, const geometry::
 
 }  // namespace
 
-void tell_noise(const Film& film, const PossibleLight& possible, PassProgress& progress) {
+void set_noise(const Film& film, const PossibleLight& possible, PassProgress& progress) {
   const Film::Seen seen = film.seen();
   progress.noise = film.relative_noise();
   progress.light_paths = seen.light_paths;

@@ -34,7 +34,7 @@ struct PossibleLight {
 
 /// Sets `noise`, `unmet_noise` and `light_paths` of the progress. Noise is relative to the brightness of the picture,
 /// or to that of the light that its paths may not have met if this is more; so a black picture has a noise above 1.
-void tell_noise(const Film& film, const PossibleLight& possible, PassProgress& progress);
+void set_noise(const Film& film, const PossibleLight& possible, PassProgress& progress);
 
 /// Estimates PossibleLight for the whole image by 1,024 draws. It traces camera rays and queries no row. The result
 /// depends only on the scene, the model and the number of light samples at the first hit.

@@ -231,11 +231,11 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     if (deeper) all.emplace_back("deeper", deeper_state = deeper->state());
     return all;
   };
-  const auto tell_excess = [&] {
+  const auto set_excess = [&] {
     progress.deep_light = film.deep_light_bias();
     if (!model.tells_excess()) return;
     progress.excess = film.excess();
-    tracer.tell_brightness(film.brightness());
+    tracer.set_brightness(film.brightness());
   };
   if (options.resume != nullptr) {
     const RenderState& state = *options.resume;
@@ -245,7 +245,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     if (result.unusable) return result;
     result.passes = state.passes;
     progress.paths_so_far = state.paths;
-    tell_excess();
+    set_excess();
   }
   for (int pass = result.passes; pass < progress.pass_count && !stop; ++pass) {
     const auto start = std::chrono::steady_clock::now();
@@ -260,8 +260,8 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     if (deeper) learn_deeper(film, *deeper, progress);
     progress.cpu_seconds = process_cpu_seconds() - cpu_start + (pass == 0 ? pilot_cpu_seconds : 0);
     progress.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    tell_noise(film, possible, progress);
-    tell_excess();
+    set_noise(film, possible, progress);
+    set_excess();
     result.passes = pass + 1;
     if (!stop) plan.pass_ended(pass);
     // The passes of an adaptive picture are rounded to whole samples, so the planned total may be off.

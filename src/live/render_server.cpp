@@ -157,7 +157,7 @@ struct RenderServer::State {
       status["look_asked"] = looks_asked;
       status["first_of_look"] = first_of_look;
       status["look_before"] = look_before.version;
-      if (since == 0) status["sliders"] = told_sliders();
+      if (since == 0) status["sliders"] = slider_list();
     }
     asked_something.notify_all();
     status["passes"] = Json::array();
@@ -165,16 +165,16 @@ struct RenderServer::State {
     response.set_content(status.dump(-1, ' ', true, Json::error_handler_t::replace), "application/json");
   }
 
-  Json told_sliders() const {
-    Json told = Json::array();
+  Json slider_list() const {
+    Json list = Json::array();
     for (const Slider& slider : sliders)
-      told.push_back({{"name", slider.name},
+      list.push_back({{"name", slider.name},
                       {"label", slider.label},
                       {"least", slider.least},
                       {"most", slider.most},
                       {"step", slider.step},
                       {"value", slider.value}});
-    return told;
+    return list;
   }
 
   void send_picture(const httplib::Request& request, httplib::Response& response) {
@@ -368,7 +368,7 @@ bool RenderServer::is_watched() const {
   return Clock::now() - state_->last_asked < watched_for;
 }
 
-void RenderServer::tell(const Json& facts) {
+void RenderServer::set_facts(const Json& facts) {
   const std::scoped_lock lock(state_->mutex);
   state_->facts.update(facts);
 }

@@ -36,7 +36,7 @@ class RenderServer {
   bool is_watched() const;
 
   /// Sets facts of the page besides the passes, by key; earlier facts of the same key are replaced.
-  void tell(const Json& facts);
+  void set_facts(const Json& facts);
   void add_pass(Json pass);
   void show(std::shared_ptr<const image::Picture> picture);
   /// A picture for comparison on the page, "reference". Call it once.

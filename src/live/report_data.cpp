@@ -55,7 +55,7 @@ class Run {
     if (type == "row") rows_[field(line, "page").dump() + field(line, "node").dump()] = line;
   }
 
-  Json told() const {
+  Json to_json() const {
     return {{"name", name_},        {"header", header_}, {"passes", passes_}, {"summary", summary_},
             {"verdict", verdict()}, {"cost", cost()},    {"cache", cache()},  {"left", left()}};
   }
@@ -106,8 +106,8 @@ class Run {
   }
 
   Json cache() const {
-    const Json& teller = summary_.is_object() && summary_.contains("warm_cache") ? summary_ : header_;
-    const Json cache = field(teller, "warm_cache");
+    const Json& source = summary_.is_object() && summary_.contains("warm_cache") ? summary_ : header_;
+    const Json cache = field(source, "warm_cache");
     if (!cache.is_object()) return {{"loaded", "none"}};
     return {{"loaded", field(cache, "loaded")},
             {"rows_known", field(cache, "rows_known")},
@@ -118,7 +118,7 @@ class Run {
   /// The rows that have not converged, by their last lines.
   Json left() const {
     if (rows_.empty())
-      return {{"text", "the telemetry does not tell single rows; a run with --telemetry-level rows does"},
+      return {{"text", "the telemetry does not list single rows; a run with --telemetry-level rows does"},
               {"rows", Json::array()}};
     double light = 0, light_left = 0;
     std::multimap<double, const Json*, std::greater<>> left;  // by light; rows of equal light keep their order
@@ -181,9 +181,9 @@ Result<std::vector<Json>> report_data(const std::filesystem::path& file) {
     }
   }
   if (runs.empty()) return Error{file.string(), "", "telemetry (JSON Lines)", "no header"};
-  std::vector<Json> told;
-  for (const Run& run : runs) told.push_back(run.told());
-  return told;
+  std::vector<Json> all;
+  for (const Run& run : runs) all.push_back(run.to_json());
+  return all;
 }
 
 }  // namespace tress::live

@@ -53,16 +53,16 @@ py::dict fit(const std::string& lobe, double eccentricity, double theta_d, doubl
       answer[i] = row.fit(azimuth[i]);
     }
   });
-  py::dict told;
-  told["phi"] = array_of<double>(std::move(azimuth));
-  told["target"] = array_of<double>(std::move(target));
-  told["fit"] = array_of<double>(std::move(answer));
-  told["energy"] = row.energy;
-  told["relative_l2"] = error;
-  told["components"] = row.components;
-  told["evaluations"] = row.evaluations;
-  told["converged"] = row.converged;
-  return told;
+  py::dict result;
+  result["phi"] = array_of<double>(std::move(azimuth));
+  result["target"] = array_of<double>(std::move(target));
+  result["fit"] = array_of<double>(std::move(answer));
+  result["energy"] = row.energy;
+  result["relative_l2"] = error;
+  result["components"] = row.components;
+  result["evaluations"] = row.evaluations;
+  result["converged"] = row.converged;
+  return result;
 }
 
 }  // namespace
@@ -72,7 +72,7 @@ void bind_fit(py::module_& module) {
       "fit", &fit, py::arg("lobe"), py::kw_only(), py::arg("eccentricity") = 0.85, py::arg("theta_d") = 30.0,
       py::arg("phi") = 45.0, py::arg("sigma") = 10.0, py::arg("eta") = 1.55, py::arg("sigma_a") = 0.0,
       py::arg("epsilon") = 0.01, py::arg("samples") = 360,
-      "One row of the table, learned on its own, beside its reference, as tress-lab fit tells it. Angles given in "
+      "One row of the table, learned on its own, beside its reference, as tress-lab fit reports it. Angles given in "
       "degrees; `phi` of the result in radians from the major axis, densities in 1/rad.");
 }
 

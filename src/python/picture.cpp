@@ -78,13 +78,13 @@ Handle read_exr(const std::filesystem::path& file) {
 
 py::dict compare(const SharedPicture& a, const SharedPicture& b) {
   const image::Difference difference = checked(image::compare(a.picture, b.picture, "a", "b"));
-  py::dict told;
-  told["identical"] = difference.identical;
-  told["rel_mse"] = difference.rel_mse;
-  told["mae"] = difference.mae;
-  told["bias"] = py::make_tuple(difference.bias[0], difference.bias[1], difference.bias[2]);
-  told["largest"] = difference.largest;
-  return told;
+  py::dict result;
+  result["identical"] = difference.identical;
+  result["rel_mse"] = difference.rel_mse;
+  result["mae"] = difference.mae;
+  result["bias"] = py::make_tuple(difference.bias[0], difference.bias[1], difference.bias[2]);
+  result["largest"] = difference.largest;
+  return result;
 }
 
 }  // namespace
@@ -97,7 +97,7 @@ void bind_picture(py::module_& module) {
       .def_property_readonly("metadata", [](const SharedPicture& self) { return self.picture.metadata; })
       .def_property_readonly(
           "stats", [](const SharedPicture& self) { return self.stats; },
-          "What the render told at its end; empty of a file.")
+          "What the render reported at its end; empty of a file.")
       .def("channel", &channel, py::arg("name"), "(height, width) float32, top row first, without a copy.")
       .def("write_exr", &write_exr, py::arg("file"), py::arg("precision") = "half",
            "half: 16 bits where they are enough; float: 32 everywhere.")

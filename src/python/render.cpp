@@ -26,7 +26,7 @@ namespace tress::python {
 namespace {
 
 /// The argument of a callback: a pass, and, while the callback runs, the picture so far.
-struct PassTold {
+struct Progress {
   integrate::PassProgress pass;
 };
 
@@ -129,22 +129,22 @@ scene::Overrides overrides_of(const Arguments& given) {
 
 void describe(const scene::Scene& scene, const RenderRequest& request, const RenderOutcome& outcome,
               image::Picture* picture) {
-  auto& told = picture->metadata;
-  told["scene"] = scene.source;
-  told["version"] = version();
-  told["noise"] = fmt::format("{:.4g}", outcome.noise);
-  told["seed"] = std::to_string(request.render.seed);
-  told["samples"] = fmt::format("{}", outcome.result.samples_per_pixel);
-  told["dropped_samples"] = std::to_string(outcome.result.dropped_samples);
-  told["stopped_by"] = outcome.stopped_by;
-  told["time"] = fmt::format("{:.3f} s", outcome.seconds);
-  told["model"] = outcome.model;
-  told["estimator"] = outcome.estimator;
-  told["epsilon"] = fmt::format("{}", outcome.epsilon);
-  told["cache_hash"] = outcome.cache_hash;
-  told["alpha"] = scene.environment_visible && !scene.image.transparent
-                      ? "opaque: R, G, B have the background, A is 1"
-                      : "premultiplied: R, G, B have no background, A is the coverage";
+  auto& entries = picture->metadata;
+  entries["scene"] = scene.source;
+  entries["version"] = version();
+  entries["noise"] = fmt::format("{:.4g}", outcome.noise);
+  entries["seed"] = std::to_string(request.render.seed);
+  entries["samples"] = fmt::format("{}", outcome.result.samples_per_pixel);
+  entries["dropped_samples"] = std::to_string(outcome.result.dropped_samples);
+  entries["stopped_by"] = outcome.stopped_by;
+  entries["time"] = fmt::format("{:.3f} s", outcome.seconds);
+  entries["model"] = outcome.model;
+  entries["estimator"] = outcome.estimator;
+  entries["epsilon"] = fmt::format("{}", outcome.epsilon);
+  entries["cache_hash"] = outcome.cache_hash;
+  entries["alpha"] = scene.environment_visible && !scene.image.transparent
+                         ? "opaque: R, G, B have the background, A is 1"
+                         : "premultiplied: R, G, B have no background, A is the coverage";
 }
 
 py::dict stats_of(const scene::Scene& scene, const RenderOutcome& outcome) {
@@ -182,10 +182,10 @@ std::shared_ptr<SharedPicture> render(const std::optional<std::filesystem::path>
   std::optional<scene::Scene> scene;
   std::optional<RenderOutcome> outcome;
   Worker worker;
-  const auto told = [&](const integrate::PassProgress& pass) {
+  const auto report_pass = [&](const integrate::PassProgress& pass) {
     if (on_pass.is_none()) return !worker.stop();
     return worker.ask([&] {
-      const py::object answer = on_pass(std::make_shared<PassTold>(PassTold{pass}));
+      const py::object answer = on_pass(std::make_shared<Progress>(Progress{pass}));
       return !(PyBool_Check(answer.ptr()) && answer.ptr() == Py_False);
     });
   };
@@ -193,7 +193,7 @@ std::shared_ptr<SharedPicture> render(const std::optional<std::filesystem::path>
     scene = checked(file ? scene::load_scene(*file, overrides)
                          : scene::load_scene({reinterpret_cast<const unsigned char*>(text.data()), text.size()},
                                              "scene", folder, std::move(files), overrides));
-    outcome = checked(render_scene(*scene, request, worker.stop(), told));
+    outcome = checked(render_scene(*scene, request, worker.stop(), report_pass));
   });
   describe(*scene, request, *outcome, &outcome->result.picture);
   const image::Preview preview{scene->image.transparent, scene->image.exposure_stops, scene->image.view};
@@ -210,28 +210,28 @@ py::list models() {
 }  // namespace
 
 void bind_render(py::module_& module) {
-  py::class_<PassTold, std::shared_ptr<PassTold>>(module, "Progress", "What a pass of a render has done.")
+  py::class_<Progress, std::shared_ptr<Progress>>(module, "Progress", "What a pass of a render has done.")
       .def_property_readonly(
-          "number", [](const PassTold& self) { return self.pass.pass; }, "From 0.")
+          "number", [](const Progress& self) { return self.pass.pass; }, "Number of the pass, from 0.")
       .def_property_readonly(
-          "count", [](const PassTold& self) { return self.pass.pass_count; }, "At most.")
+          "count", [](const Progress& self) { return self.pass.pass_count; }, "Number of passes, at most.")
       .def_property_readonly(
           "share",
-          [](const PassTold& self) {
+          [](const Progress& self) {
             return static_cast<double>(self.pass.paths_so_far) /
                    static_cast<double>(std::max<std::uint64_t>(1, self.pass.paths_total));
           },
-          "Of the samples, [0, 1].")
-      .def_property_readonly("noise", [](const PassTold& self) { return self.pass.noise; })
+          "Share of the samples that are done, [0, 1].")
+      .def_property_readonly("noise", [](const Progress& self) { return self.pass.noise; })
       .def_property_readonly(
-          "seconds", [](const PassTold& self) { return self.pass.seconds; }, "Of this pass.")
-      .def_property_readonly("cpu_seconds", [](const PassTold& self) { return self.pass.cpu_seconds; })
-      .def_property_readonly("queries", [](const PassTold& self) { return self.pass.table.queries; })
+          "seconds", [](const Progress& self) { return self.pass.seconds; }, "Wall time of this pass, s.")
+      .def_property_readonly("cpu_seconds", [](const Progress& self) { return self.pass.cpu_seconds; })
+      .def_property_readonly("queries", [](const Progress& self) { return self.pass.table.queries; })
       .def_property_readonly("converged_queries",
-                             [](const PassTold& self) { return self.pass.table.converged_queries; })
-      .def_property_readonly("rows_open", [](const PassTold& self) { return self.pass.table.rows_open; })
-      .def_property_readonly("rows_converged", [](const PassTold& self) { return self.pass.table.rows_converged; })
-      .def_property_readonly("table_bytes", [](const PassTold& self) { return self.pass.table.bytes; });
+                             [](const Progress& self) { return self.pass.table.converged_queries; })
+      .def_property_readonly("rows_open", [](const Progress& self) { return self.pass.table.rows_open; })
+      .def_property_readonly("rows_converged", [](const Progress& self) { return self.pass.table.rows_converged; })
+      .def_property_readonly("table_bytes", [](const Progress& self) { return self.pass.table.bytes; });
   module.def("render", &render, py::arg("file"), py::arg("text"), py::arg("folder"), py::arg("arrays"),
              py::arg("keywords"), py::arg("on_pass"));
   module.def("models", &models, "The names that render(model=...) takes.");

@@ -222,17 +222,17 @@ class Learner {
   /// One row as plain values, without counting a query.
   py::dict row(SliceId slice, std::uint32_t a, std::uint32_t b) {
     check_node(slice, a, b);
-    py::dict told;
+    py::dict result;
     alone([&] {},
           [&] {
             const RowView view = service_->peek(slice, a, b);
-            told["state"] = adaptive::state_name(view.state);
-            told["objective"] = view.objective;
-            if (view.fit != nullptr) tell_mixture(*view.fit, told);
+            result["state"] = adaptive::state_name(view.state);
+            result["objective"] = view.objective;
+            if (view.fit != nullptr) add_mixture(*view.fit, result);
             if (view.ribbons != nullptr)
-              told["masses"] = std::vector<float>(view.ribbons->masses().begin(), view.ribbons->masses().end());
+              result["masses"] = std::vector<float>(view.ribbons->masses().begin(), view.ribbons->masses().end());
           });
-    return told;
+    return result;
   }
 
   /// For rows of samples that answer: the density of `part` over (azimuth, height), with its mass.
@@ -259,12 +259,12 @@ class Learner {
     adaptive::CacheUpdate update;
     alone([&] { update = checked(adaptive::merge_into_cache(file, *service_->rows())); });
     if (update.refusal) throw Raised(*update.refusal);
-    py::dict told;
-    told["rows"] = update.contents.rows();
-    told["converged_rows"] = update.contents.converged_rows;
-    told["bytes"] = update.contents.bytes;
-    told["hash"] = update.contents.hash;
-    return told;
+    py::dict result;
+    result["rows"] = update.contents.rows();
+    result["converged_rows"] = update.contents.converged_rows;
+    result["bytes"] = update.contents.bytes;
+    result["hash"] = update.contents.hash;
+    return result;
   }
 
   void load(const std::filesystem::path& file) {
@@ -378,7 +378,7 @@ class Learner {
     if (service_->slice(slice).kind != kind) throw Raised({"", "slice", names[expected], names[1 - expected]});
   }
 
-  static void tell_mixture(const adaptive::Mixture& fit, py::dict& told) {
+  static void add_mixture(const adaptive::Mixture& fit, py::dict& result) {
     py::list parts;
     for (const adaptive::Component& part : fit.parts()) {
       py::dict one;
@@ -390,9 +390,9 @@ class Learner {
       one["attribute_variance"] = part.attribute_variance;
       parts.append(one);
     }
-    told["components"] = parts;
-    told["uniform_weight"] = fit.uniform_weight;
-    told["energy"] = fit.energy();
+    result["components"] = parts;
+    result["uniform_weight"] = fit.uniform_weight;
+    result["energy"] = fit.energy();
   }
 
   /// Runs a call that may happen during a pass, on all cores; publish() and the like wait until it is done.
@@ -408,7 +408,7 @@ class Learner {
     });
   }
 
-  /// Runs a call between passes; `told` runs with the GIL, before another call may change the table.
+  /// Runs a call between passes; `after` runs with the GIL, before another call may change the table.
   template <class Call>
   void alone(const Call& call) {
     guarded([&](Worker& worker) {
@@ -417,14 +417,14 @@ class Learner {
       call();
     });
   }
-  template <class Call, class Told>
-  void alone(const Call&, const Told& told) {
+  template <class Call, class After>
+  void alone(const Call&, const After& after) {
     guarded([](Worker&) {});
     const std::unique_lock lock = [&] {
       const py::gil_scoped_release released;
       return std::unique_lock(mutex_);
     }();
-    told();
+    after();
   }
 
   void guarded(const std::function<void(Worker&)>& work) {

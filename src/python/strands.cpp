@@ -19,7 +19,7 @@
 #include "python/bindings.h"
 #include "scene/read/assembly.h"
 #include "scene/read/groom_files.h"
-#include "scene/read/grooms/told_basis.h"
+#include "scene/read/grooms/given_basis.h"
 
 namespace py = pybind11;
 
@@ -163,26 +163,26 @@ py::dict read_groom(const std::filesystem::path& file, std::optional<std::uint32
   scene::say_widths(&groom);
   std::vector<std::uint32_t> counts(groom.strand_count());
   for (std::size_t s = 0; s < counts.size(); ++s) counts[s] = groom.first_point[s + 1] - groom.first_point[s];
-  py::dict told;
-  told["points"] = array_of<float>(std::move(groom.points), 3);
-  told["counts"] = array_of<std::uint32_t>(std::move(counts));
+  py::dict fields;
+  fields["points"] = array_of<float>(std::move(groom.points), 3);
+  fields["counts"] = array_of<std::uint32_t>(std::move(counts));
   if (!groom.width.empty())
-    told["width"] = array_of<float>(std::move(groom.width));
+    fields["width"] = array_of<float>(std::move(groom.width));
   else if (groom.default_width > 0)
-    told["width"] = groom.default_width;
-  if (!groom.color.empty()) told["color"] = array_of<float>(std::move(groom.color), 3);
-  if (!groom.normal.empty()) told["normal"] = array_of<float>(std::move(groom.normal), 3);
-  if (!groom.id.empty()) told["id"] = array_of<std::int64_t>(std::move(groom.id));
-  if (!groom.root_uv.empty()) told["root_uv"] = array_of<float>(std::move(groom.root_uv), 2);
-  if (groom.cm_per_unit) told["cm_per_unit"] = *groom.cm_per_unit;
-  if (groom.y_up) told["up"] = *groom.y_up ? "y" : "z";
-  if (groom.basis) told["basis"] = drawn_names[static_cast<std::size_t>(*groom.basis)];
+    fields["width"] = groom.default_width;
+  if (!groom.color.empty()) fields["color"] = array_of<float>(std::move(groom.color), 3);
+  if (!groom.normal.empty()) fields["normal"] = array_of<float>(std::move(groom.normal), 3);
+  if (!groom.id.empty()) fields["id"] = array_of<std::int64_t>(std::move(groom.id));
+  if (!groom.root_uv.empty()) fields["root_uv"] = array_of<float>(std::move(groom.root_uv), 2);
+  if (groom.cm_per_unit) fields["cm_per_unit"] = *groom.cm_per_unit;
+  if (groom.y_up) fields["up"] = *groom.y_up ? "y" : "z";
+  if (groom.basis) fields["basis"] = drawn_names[static_cast<std::size_t>(*groom.basis)];
   py::list remarks;
   for (const std::string& remark : groom.remarks) remarks.append(remark);
   for (const scene::IgnoredAttribute& ignored : groom.ignored)
     remarks.append(fmt::format("not used: {} ({})", ignored.name, ignored.why));
-  told["remarks"] = remarks;
-  return told;
+  fields["remarks"] = remarks;
+  return fields;
 }
 
 }  // namespace

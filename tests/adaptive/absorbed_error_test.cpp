@@ -1,4 +1,4 @@
-// How far rows are off under the attenuation that their forms ask: held against integrals, and told by the service.
+// How far rows are off under the attenuation that their forms ask: held against integrals, and reported by the service.
 #include "fit/absorbed_error.h"
 
 #include <gtest/gtest.h>
@@ -103,7 +103,7 @@ TEST(AbsorbedError, IsTheIntegralForMixtures) {
 }
 
 // Floats would hold neither g nor its square where 1e-26 of the light is left.
-TEST(AbsorbedError, IsToldAtAnyRateThatLeavesLight) {
+TEST(AbsorbedError, IsReportedAtAnyRateThatLeavesLight) {
   const TracedNodes nodes(overlapping(), blur);
   const Mixture fit = fitted(nodes, 2);
   const std::optional<double> dark = absorbed_error(fit, nodes, 60.0f);
@@ -160,7 +160,7 @@ class Nothing final : public RowForm {
   void write(const RowView&, void*) const override {}
 };
 
-struct Told {
+struct Learned {
   PassReport report;
   TableSnapshot image;
   std::uint64_t measured = 0;  ///< rows that have converged and stand for others
@@ -169,8 +169,8 @@ struct Told {
 
 constexpr std::uint32_t size = 16;
 
-Told learn(unsigned threads, const std::vector<std::vector<float>>& forms, const std::vector<float>& rates = {},
-           const Learner* learner = &sketch_learner, const TableSnapshot* cache = nullptr) {
+Learned learn(unsigned threads, const std::vector<std::vector<float>>& forms, const std::vector<float>& rates = {},
+              const Learner* learner = &sketch_learner, const TableSnapshot* cache = nullptr) {
   const tbb::global_control width(tbb::global_control::max_allowed_parallelism, threads);
   const testing::MovingPeaks target;
   Options options;
@@ -179,39 +179,39 @@ Told learn(unsigned threads, const std::vector<std::vector<float>>& forms, const
   const SliceId slice = *service.add_slice(testing::toy_slice(0, size));
   EXPECT_FALSE(cache != nullptr && service.load(*cache).has_value());
   for (const std::vector<float>& form : forms) EXPECT_TRUE(service.add_form(slice, std::make_shared<Nothing>(), form));
-  Told told;
+  Learned learned;
   for (std::uint64_t pass = 0; pass < 12; ++pass) {
     testing::run_pass(service, 1, pass, 3000, threads);
-    told.report = service.publish();
+    learned.report = service.publish();
   }
-  told.image = service.snapshot();
-  for (const CachedSlice& stored : told.image.slices) {
+  learned.image = service.snapshot();
+  for (const CachedSlice& stored : learned.image.slices) {
     for (const CachedRow& row : stored.rows) {
       if (row.state != RowState::converged || !stands_for_others(stored.description.key, row.node)) continue;
-      ++told.measured;
+      ++learned.measured;
       std::vector<TracedRay> rays;
       const SliceDescription& d = service.slice(slice);
       target.trace(d, d.axis_a[row.node / size], d.axis_b[row.node % size], rays);
       const TracedNodes nodes(rays, d.blur_rad);
       for (const float rate : rates) {
-        told.largest = std::max(told.largest, absorbed_error(row.fit, nodes, rate).value_or(-1));
+        learned.largest = std::max(learned.largest, absorbed_error(row.fit, nodes, rate).value_or(-1));
       }
     }
   }
-  return told;
+  return learned;
 }
 
 TEST(AbsorbedObjective, IsOfTheRowsThatConvergedAtTheRatesOfTheirForms) {
-  const Told told = learn(1, {{2.0f, 0.5f}, {0.5f, 1.0f}}, {0.5f, 1.0f, 2.0f});
-  const AbsorbedObjective& absorbed = told.report.absorbed_objective;
+  const Learned learned = learn(1, {{2.0f, 0.5f}, {0.5f, 1.0f}}, {0.5f, 1.0f, 2.0f});
+  const AbsorbedObjective& absorbed = learned.report.absorbed_objective;
   EXPECT_GT(absorbed.rows, 8u);
-  EXPECT_EQ(absorbed.rows, told.measured);
+  EXPECT_EQ(absorbed.rows, learned.measured);
   EXPECT_GT(absorbed.p50, 0);
   EXPECT_LE(absorbed.p50, absorbed.p90);
   EXPECT_LE(absorbed.p90, absorbed.max);
   // Rounded up by 1/128; the moments that are saved are rounded to 2^-9 of themselves, so that the share of a part
   // moves by up to rate 2 x attribute 3 / 512 = 1.2 %: in |g - f| of a part, an absolute error of 1.4e-4 |g|^2.
-  EXPECT_NEAR(absorbed.max, told.largest, told.largest / 100 + 2 * std::sqrt(1.4e-4 * told.largest) + 1.4e-4);
+  EXPECT_NEAR(absorbed.max, learned.largest, learned.largest / 100 + 2 * std::sqrt(1.4e-4 * learned.largest) + 1.4e-4);
 }
 
 TEST(AbsorbedObjective, IsOfNoRowsWithoutRates) {
@@ -220,19 +220,19 @@ TEST(AbsorbedObjective, IsOfNoRowsWithoutRates) {
 }
 
 TEST(AbsorbedObjective, IsOfNoRowThatACacheBrought) {
-  const Told first = learn(1, {{1.0f}});
+  const Learned first = learn(1, {{1.0f}});
   ASSERT_GT(first.report.absorbed_objective.rows, 0u);
-  const Told second = learn(1, {{1.0f}}, {}, &sketch_learner, &first.image);
+  const Learned second = learn(1, {{1.0f}}, {}, &sketch_learner, &first.image);
   EXPECT_EQ(second.report.absorbed_objective.rows, second.measured - first.measured);
   EXPECT_GE(second.report.rows_converged, first.report.rows_converged);
 }
 
 TEST(AbsorbedObjective, ChangesNoRowAndNoBitWithTheThreads) {
-  const Told clear = learn(1, {});
-  const Told one = learn(1, {{0.5f, 1.0f, 3.0f}});
+  const Learned clear = learn(1, {});
+  const Learned one = learn(1, {{0.5f, 1.0f, 3.0f}});
   EXPECT_EQ(encode_cache(one.image), encode_cache(clear.image)) << "what is learned does not depend on rates";
   for (const unsigned threads : {2u, 8u}) {
-    const Told more = learn(threads, {{0.5f, 1.0f, 3.0f}});
+    const Learned more = learn(threads, {{0.5f, 1.0f, 3.0f}});
     EXPECT_EQ(more.report.absorbed_objective, one.report.absorbed_objective) << threads << " threads";
     EXPECT_EQ(encode_cache(more.image), encode_cache(one.image));
   }

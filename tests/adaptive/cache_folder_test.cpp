@@ -162,7 +162,7 @@ TEST_F(FolderOfCaches, LetsGoWhatWasUsedLongestAgo) {
   EXPECT_TRUE(fs::exists(folder_ / "notes.txt")) << "what is not ours stays";
 }
 
-TEST_F(FolderOfCaches, AFileThatIsNoneIsToldAndLeftAsItIs) {
+TEST_F(FolderOfCaches, AFileThatIsNoCacheIsReportedAndLeftAsItIs) {
   save({1, 2});
   const fs::path broken = CacheFolder(folder_).files().front().path;
   std::ofstream(broken, std::ios::trunc) << "no cache";

@@ -221,7 +221,7 @@ TEST(CacheFormat, SlicesOfSamplesAreAKindAndAVersionOfTheirOwn) {
   expect_refused(as_two, "slices of samples in version 2");
   expect_refused(as_three, "no slices of samples in version 3");
 
-  // All slices of such a file tell their kind, so that no file of the version is read as another.
+  // All slices of such a file record their kind, so that no file of the version is read as another.
   TableSnapshot densities = small_image(), without_rows = small_image();
   without_rows.slices.push_back(slice_of_samples());
   without_rows.slices[2].rows.clear();
@@ -259,7 +259,7 @@ TEST(CacheFormat, RefusesWrongSlicesAndRowsOfSamplesBehindValidChecksums) {
   with(3, "more energy than its parts", [&](std::string* b) { put_float(b, row + 12, 0.7501f); });
   with(3, "a negative mass", [&](std::string* b) { put_float(b, row + 28, -0.5f); });
   with(3, "an infinite mass", [&](std::string* b) { put_float(b, row + 28, HUGE_VALF); });
-  with(3, "a law that is none", [&](std::string* b) { put(b, part, 2, 1); });
+  with(3, "an unknown law", [&](std::string* b) { put(b, part, 2, 1); });
   with(4, "a sketch of a row of samples", [&](std::string* b) { put(b, payload(*b, 4) + 4 + 2 * 12 + 4, 1, 4); });
   // A mixture in a slice of densities as ribbons.
   with(3, "ribbons of a density", [&](std::string* b) { put(b, payload(*b, 3) + 4 + 6, 2, 1); });

@@ -185,7 +185,7 @@ TEST_F(CacheSessions, WhatCannotBeWrittenIsAnErrorAndNothingChanges) {
 }
 
 // In a child, so that root can do it as somebody whom permissions bind.
-TEST_F(CacheSessions, AReadOnlyFolderIsToldAndLeftAlone) {
+TEST_F(CacheSessions, AReadOnlyFolderIsReportedAndLeftAlone) {
   ASSERT_TRUE(merge_into_cache(file_, rows_of(0, 0, 1)));
   fs::permissions(folder_, fs::perms(0555));
   const pid_t child = ::fork();
@@ -195,9 +195,9 @@ TEST_F(CacheSessions, AReadOnlyFolderIsToldAndLeftAlone) {
     if (::geteuid() == 0 && ::setuid(nobody) != 0) ::_exit(2);
     const Result<CacheUpdate> update = merge_into_cache(file_, rows_of(0, 1, 2));
     const std::optional<Error> replaced = save_cache(file_, rows_of(0, 1, 2));
-    const bool told = !update && replaced && update.error().file == file_.string() &&
-                      update.error().message() == replaced->message() && !replaced->found.empty();
-    ::_exit(told && load_cache(file_, model) ? 0 : 1);
+    const bool is_reported = !update && replaced && update.error().file == file_.string() &&
+                             update.error().message() == replaced->message() && !replaced->found.empty();
+    ::_exit(is_reported && load_cache(file_, model) ? 0 : 1);
   }
   int status = 0;
   ASSERT_EQ(::waitpid(child, &status, 0), child);
@@ -208,36 +208,36 @@ TEST_F(CacheSessions, AReadOnlyFolderIsToldAndLeftAlone) {
   EXPECT_EQ(files(), std::set<std::string>{"hair.cache"});
 }
 
-// A child saves row after row and tells each that is saved; it is killed in the middle. What it told must be there, and
-// all that was there before: the old cache or the new, never less.
+// A child saves row after row and reports each that is saved; it is killed in the middle. What it reported must be
+// there, and all that was there before: the old cache or the new, never less.
 TEST_F(CacheSessions, KilledAtAHundredMomentsOfSavingItIsTheOldCacheOrTheNew) {
   ASSERT_TRUE(merge_into_cache(file_, rows_of(0, 0, 1)));
   std::uint32_t rows = 1;
   std::size_t left = 0;
   RandomStream random(20150701);
   for (int round = 0; round < 100; ++round) {
-    int told[2];
-    ASSERT_EQ(::pipe(told), 0);
+    int pipe_ends[2];
+    ASSERT_EQ(::pipe(pipe_ends), 0);
     const pid_t child = ::fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
       for (std::uint32_t row = rows;; ++row) {
         if (!merge_into_cache(file_, rows_of(0, row, row + 1))) ::_exit(1);
-        if (::write(told[1], &row, sizeof row) != sizeof row) ::_exit(1);
+        if (::write(pipe_ends[1], &row, sizeof row) != sizeof row) ::_exit(1);
       }
     }
-    ::close(told[1]);
+    ::close(pipe_ends[1]);
     std::uint32_t row = 0;
-    ASSERT_EQ(::read(told[0], &row, sizeof row), static_cast<ssize_t>(sizeof row));  // it is in its loop of saves
+    ASSERT_EQ(::read(pipe_ends[0], &row, sizeof row), static_cast<ssize_t>(sizeof row));  // it is in its loop of saves
     // Saves take from 0.3 ms on a disk in memory to some 10 ms: uniform over several of them.
     std::this_thread::sleep_for(std::chrono::microseconds(static_cast<int>(20'000 * random.next())));
     ::kill(child, SIGKILL);
     int status = 0;
     ASSERT_EQ(::waitpid(child, &status, 0), child);
     ASSERT_TRUE(WIFSIGNALED(status)) << "the child could not save";
-    while (::read(told[0], &row, sizeof row) == static_cast<ssize_t>(sizeof row)) {
+    while (::read(pipe_ends[0], &row, sizeof row) == static_cast<ssize_t>(sizeof row)) {
     }
-    ::close(told[0]);
+    ::close(pipe_ends[0]);
     const TableSnapshot now = saved();
     ASSERT_TRUE(holds(now, rows_of(0, 0, row + 1))) << "round " << round;
     rows = static_cast<std::uint32_t>(now.slices.at(0).rows.size());

@@ -1,4 +1,4 @@
-// What a host is told that breaks the rules of the passes: by name where it asks for it, and never a crash.
+// What is reported to a host that breaks the rules of the passes: by name where it asks for it, and never a crash.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -19,7 +19,7 @@ Options checked() {
   return options;
 }
 
-void expect_told(const std::optional<Error>& misuse, const std::string& call, const std::string& found) {
+void expect_reported(const std::optional<Error>& misuse, const std::string& call, const std::string& found) {
   ASSERT_TRUE(misuse.has_value()) << call;
   EXPECT_EQ(misuse->place, call);
   EXPECT_EQ(misuse->found, found);
@@ -44,7 +44,7 @@ TEST(Discipline, ASliceOnOtherAxesIsRefusedInAnyBuild) {
   EXPECT_EQ(service.slice(0).axis_a.size(), 4u);
 }
 
-TEST(Discipline, ANodeThatIsNotThereIsAnsweredByNothingAndToldInAnyBuild) {
+TEST(Discipline, ANodeThatIsNotThereIsAnsweredByNothingAndReportedInAnyBuild) {
   const testing::MovingPeaks target;
   Service service(Options{}, target);
   const SliceId slice = *service.add_slice(testing::toy_slice(0, 4));
@@ -62,11 +62,11 @@ TEST(Discipline, ANodeThatIsNotThereIsAnsweredByNothingAndToldInAnyBuild) {
     EXPECT_EQ(report.misuse->place, "look_up");
     EXPECT_EQ(report.queries, 0u);
   }
-  EXPECT_FALSE(service.publish().misuse.has_value()) << "told once";
+  EXPECT_FALSE(service.publish().misuse.has_value()) << "reported once";
   EXPECT_FALSE(service.add_form(7, nullptr)) << "no such slice";
 }
 
-TEST(Discipline, AHostThatKeepsToThePassesIsToldNothing) {
+TEST(Discipline, AHostThatKeepsToThePassesGetsNoReport) {
   const testing::MovingPeaks target;
   Service service(checked(), target);
   const SliceId slice = *service.add_slice(testing::toy_slice(0, 4));
@@ -79,13 +79,13 @@ TEST(Discipline, AHostThatKeepsToThePassesIsToldNothing) {
   }
 }
 
-TEST(Discipline, AReaderInsidePublishIsTold) {
+TEST(Discipline, AReaderInsidePublishIsReported) {
   const testing::MovingPeaks target;
   Service service(checked(), target);
   const SliceId slice = *service.add_slice(testing::toy_slice(0, 4));
   service.set_row_listener([&](const RowReport&) { (void)service.look_up(slice, 0, 0); });
   service.look_up(slice, 1, 1);
-  expect_told(service.publish().misuse, "look_up", "one inside publish()");
+  expect_reported(service.publish().misuse, "look_up", "one inside publish()");
 }
 
 /// A target that calls its host back.
@@ -102,7 +102,7 @@ class Calling final : public Target {
   testing::MovingPeaks peaks_;
 };
 
-TEST(Discipline, APublishWithAReaderLeftIsToldAndDoesNothing) {
+TEST(Discipline, APublishWithAReaderLeftIsReportedAndDoesNothing) {
   Calling target;
   Service service(checked(), target);
   const SliceId slice = *service.add_slice(testing::toy_slice(0, 4));
@@ -110,11 +110,11 @@ TEST(Discipline, APublishWithAReaderLeftIsToldAndDoesNothing) {
   service.look_up(slice, 1, 1);
   target.call = nullptr;
   const PassReport report = service.publish();
-  expect_told(report.misuse, "publish", "one in look_up");
+  expect_reported(report.misuse, "publish", "one in look_up");
   EXPECT_EQ(report.queries, 1u);
 }
 
-TEST(Discipline, AViewOfAnEarlierPassIsTold) {
+TEST(Discipline, AViewOfAnEarlierPassIsReported) {
   const testing::MovingPeaks target;
   Service service(checked(), target);
   const SliceId slice = *service.add_slice(testing::toy_slice(0, 4));
@@ -130,9 +130,9 @@ TEST(Discipline, AViewOfAnEarlierPassIsTold) {
   for (std::size_t i = 0; i < calls.size(); ++i) {
     calls[i]();
     const PassReport report = service.publish(1);
-    expect_told(report.misuse, names[i], "one of pass 1");
+    expect_reported(report.misuse, names[i], "one of pass 1");
     EXPECT_EQ(report.misuse->expected, "a view of pass " + std::to_string(pass++));
-    EXPECT_EQ(report.g_evaluations, 0u) << "what is told late is not taken";
+    EXPECT_EQ(report.g_evaluations, 0u) << "what comes late is not taken";
   }
 }
 
@@ -156,26 +156,26 @@ TEST(Discipline, ASliceOrAFormAddedDuringAPassIsRefused) {
   EXPECT_TRUE(service.add_form(slice, std::make_shared<Nothing>()));
 }
 
-TEST(Discipline, TheLogTellsMisuseAndTheCeilingOnceEach) {
+TEST(Discipline, TheLogHasMisuseAndTheCeilingOnceEach) {
   const testing::MovingPeaks target;
-  std::vector<std::string> told;
+  std::vector<std::string> logged;
   Options options;
   options.queries_before_creation = 1;
   options.memory_bytes = 1000;  // an index for the slice fits in its own 16 MB, a row does not
-  options.log = [&](const std::string& sentence) { told.push_back(sentence); };
+  options.log = [&](const std::string& sentence) { logged.push_back(sentence); };
   Service service(options, target);
   const SliceId slice = *service.add_slice(testing::toy_slice(0, 4));
-  EXPECT_TRUE(told.empty());
+  EXPECT_TRUE(logged.empty());
   for (int pass = 0; pass < 3; ++pass) {
     service.look_up(slice, 1, 1);
     EXPECT_TRUE(service.publish().at_ceiling);
   }
-  ASSERT_EQ(told.size(), 1u);
-  EXPECT_NE(told[0].find("ceiling of 1000 bytes"), std::string::npos) << told[0];
+  ASSERT_EQ(logged.size(), 1u);
+  EXPECT_NE(logged[0].find("ceiling of 1000 bytes"), std::string::npos) << logged[0];
   service.look_up(slice, 9, 9);
   service.publish();
-  ASSERT_EQ(told.size(), 2u);
-  EXPECT_NE(told[1].find("a node below 16"), std::string::npos) << told[1];
+  ASSERT_EQ(logged.size(), 2u);
+  EXPECT_NE(logged[1].find("a node below 16"), std::string::npos) << logged[1];
 }
 
 }  // namespace

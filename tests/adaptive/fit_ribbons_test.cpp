@@ -68,8 +68,8 @@ const std::array<Ribbon, 4>& truths() {
   return all;
 }
 
-// Seed 1, 8,192 exits a part. A ribbon of some 100 numbers that are told by n exits errs by about sqrt(100/n) = 0.11,
-// less what the priors hold; and the law that drew them is found.
+// Seed 1, 8,192 exits a part. A ribbon of some 100 numbers that are estimated from n exits errs by about sqrt(100/n) =
+// 0.11, less what the priors hold; and the law that drew them is found.
 TEST(FitRibbons, FindsWhatDrewTheExits) {
   const RowExits exits = sort_exits(exits_of(truths(), 8192, 1), 4);
   RibbonFitRule rule;

@@ -82,7 +82,7 @@ TEST_F(Stored, AnswersAreDroppedByNode) {
   EXPECT_EQ(bytes, entries);
 }
 
-TEST_F(Stored, AHandleOfAnotherStoreIsTold) {
+TEST_F(Stored, AHandleOfAnotherStoreIsReported) {
   std::atomic<std::size_t> others{0};
   FormStore other(others);
   const FormedRows& rows = *other.add(0, slice, form, true);

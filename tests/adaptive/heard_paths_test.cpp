@@ -37,7 +37,7 @@ struct Session {
   explicit Session(const Options& options, float turn = 0) : service(options, taught), heard(turn) {
     slice = *service.add_slice(sampled_slice(3, size));
   }
-  /// Asks each node once and tells it so many paths of `heard`, from so many threads.
+  /// Asks each node once and passes it so many paths of `heard`, from so many threads.
   PassReport pass(std::uint32_t paths, unsigned threads = 1) {
     std::vector<std::thread> readers;
     for (unsigned t = 0; t < threads; ++t) {
@@ -45,20 +45,20 @@ struct Session {
         for (std::uint32_t i = t; i < paths; i += threads) {
           for (std::uint32_t n = 0; n < nodes; ++n) {
             const RowView view = service.look_up(slice, n / size, n % size);
-            service.hear(view, one_path(heard, service.slice(slice), n, told + i));
+            service.hear(view, one_path(heard, service.slice(slice), n, passed + i));
           }
         }
       });
     }
     for (std::thread& reader : readers) reader.join();
-    told += paths;
+    passed += paths;
     return service.publish();
   }
   MovingLobes taught;
   Service service;
   MovingLobes heard;
   SliceId slice = 0;
-  std::uint32_t told = 0;
+  std::uint32_t passed = 0;
 };
 
 TEST(HeardPaths, AreKeptAlikeByAnyThreads) {
@@ -97,7 +97,7 @@ TEST(HeardPaths, AreInTheState) {
   Session before({}), after({});
   before.pass(300);
   ASSERT_FALSE(after.service.restore(*before.service.state()));
-  after.told = before.told;
+  after.passed = before.passed;
   EXPECT_EQ(*after.service.state(), *before.service.state());
   before.pass(300);
   after.pass(300);
@@ -135,7 +135,7 @@ TEST(HeardPaths, TeachWhereTheServiceDrawsNone) {
     EXPECT_EQ(session.pass(paths).ribbons, nodes);
     const RowView row = session.service.peek(session.slice, 0, 1);
     ASSERT_NE(row.ribbons, nullptr);
-    EXPECT_EQ(row.paths, session.told);
+    EXPECT_EQ(row.paths, session.passed);
     // Against a row by 16,384 paths of the target, on a grid.
     Options many;
     many.learns_to_epsilon = true;

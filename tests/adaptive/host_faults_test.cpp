@@ -56,7 +56,7 @@ void ask(const Service& service, SliceId slice, int nodes) {
 class HostFaults : public ::testing::TestWithParam<bool> {};
 
 // It counted as converged, and snapshot() ended the host; where passes are checked the service was dead for good.
-TEST_P(HostFaults, ATargetThatThrowsOnceIsToldAndLearnedLater) {
+TEST_P(HostFaults, ATargetThatThrowsOnceIsReportedAndLearnedLater) {
   Faulty target;
   Service service(eager(GetParam()), target);
   const SliceId slice = *service.add_slice(testing::toy_slice(0, 3));
@@ -78,7 +78,7 @@ TEST_P(HostFaults, ATargetThatThrowsOnceIsToldAndLearnedLater) {
 }
 
 // A weight without end converged, and the whole cache could not be saved.
-TEST_P(HostFaults, RaysThatAreNoneAreToldAndNotLearned) {
+TEST_P(HostFaults, InvalidRaysAreReportedAndNotLearned) {
   for (const float wrong : {infinity, nan, -1.0f}) {
     Faulty target;
     target.wrong = wrong;
@@ -155,7 +155,7 @@ TEST_P(HostFaults, NodesViewsAndSlicesThatAreNotThereAreAnswered) {
   ask(service, slice, 3);
   service.publish();
   const RowView row = service.look_up(slice, 1, 1);
-  Service other(eager(GetParam()), target);  // a view of one, told to another
+  Service other(eager(GetParam()), target);  // a view of one, passed to another
   other.observe(row, 0.5f, 1);
   other.score(row, 0.5f, 1, 1);
   other.credit(row, 1);

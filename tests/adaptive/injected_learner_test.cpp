@@ -1,4 +1,4 @@
-// A method that goes wrong behind the learner interface: what the table then publishes, counts and tells.
+// A method that goes wrong behind the learner interface: what the table then publishes, counts and logs.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -87,7 +87,7 @@ class Injected : public ::testing::Test {
   }
 };
 
-TEST_F(Injected, AWrongFitIsRefusedAndToldAndNeverTheAnswer) {
+TEST_F(Injected, AWrongFitIsRefusedAndReportedAndNeverTheAnswer) {
   const testing::MovingPeaks target;
   Options options;
   options.learner = &wrong_learner;

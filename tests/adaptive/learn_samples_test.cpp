@@ -24,7 +24,7 @@ SampledRow learn(const SampledTarget& target, SampledLimits limits = {}) {
   return learn_samples(target, SliceDescription{}, 0, 0, limits);
 }
 
-/// A ribbon that is smooth from knot to knot, so that as many knots elsewhere tell it well.
+/// A ribbon that is smooth from knot to knot, so that as many knots elsewhere describe it well.
 Ribbon smooth_ribbon() {
   std::array<RibbonKnot, Ribbon::main_knots> main;
   std::array<RibbonKnot, Ribbon::broad_knots> broad;

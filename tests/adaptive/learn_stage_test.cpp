@@ -123,7 +123,7 @@ TEST(LearnStage, LeavesAParentThatFails) {
   EXPECT_EQ(child.row, stage(512).row);
 }
 
-TEST(LearnStage, TellsWhatIsNoTarget) {
+TEST(LearnStage, ReportsWhatIsNoTarget) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   const auto always = [](SampledExit exit) {
     return PathTarget(2, [exit](RandomStream&, std::vector<SampledExit>& out) { out.push_back(exit); });

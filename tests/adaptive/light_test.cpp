@@ -148,7 +148,7 @@ TEST(Light, ThreadsAndOrderChangeNoBit) {
 }
 
 // By hand: the sum of share sqrt(V o), V = sqrt(pi)/blur at this energy, o = 1 of a row that is not fitted.
-TEST(Light, TellsWhatItsRowsMayDoToThePicture) {
+TEST(Light, BoundsWhatItsRowsMayDoToThePicture) {
   const testing::MovingPeaks target;
   Service service(light_driven(0.01), target);
   const SliceId slice = *service.add_slice(testing::toy_slice(1, 4));

@@ -22,25 +22,25 @@ TEST(LongSession, AtEpsilonOneMillionthLearningEndsAndMemoryStandsStill) {
   Service service(options, target);
   service.add_slice(testing::toy_slice(0, 6));
   constexpr std::uint64_t passes = 120;
-  std::vector<PassReport> told;
+  std::vector<PassReport> reports;
   for (std::uint64_t pass = 0; pass < passes; ++pass) {
     testing::run_pass(service, 1, pass, 3000, 1);
-    told.push_back(service.publish());
-    ASSERT_LE(told.back().bytes, options.memory_bytes);
-    ASSERT_EQ(told.back().rows_open + told.back().rows_converged + told.back().rows_refused, 36u);
+    reports.push_back(service.publish());
+    ASSERT_LE(reports.back().bytes, options.memory_bytes);
+    ASSERT_EQ(reports.back().rows_open + reports.back().rows_converged + reports.back().rows_refused, 36u);
   }
   // Every row has had its last test: 32 that fail, or three in turn that pass between failures.
-  const PassReport& last = told.back();
+  const PassReport& last = reports.back();
   EXPECT_EQ(last.rows_open, 0u);
   EXPECT_EQ(last.rows_reopened, 0u);
   std::uint64_t refits = 0;
-  for (const PassReport& report : told) refits += report.refits;
+  for (const PassReport& report : reports) refits += report.refits;
   EXPECT_LE(refits, 36u * options.tests_before_refusal * options.tests_to_converge());
-  for (std::size_t pass = told.size() - 10; pass < told.size(); ++pass) {
-    EXPECT_EQ(told[pass].refits, 0u);
-    EXPECT_EQ(told[pass].g_evaluations, 0u) << "no row is learned any more, and refused ones are traced by readers";
-    EXPECT_EQ(told[pass].bytes, last.bytes);
-    EXPECT_EQ(told[pass].traces, 0u);
+  for (std::size_t pass = reports.size() - 10; pass < reports.size(); ++pass) {
+    EXPECT_EQ(reports[pass].refits, 0u);
+    EXPECT_EQ(reports[pass].g_evaluations, 0u) << "no row is learned any more, and refused ones are traced by readers";
+    EXPECT_EQ(reports[pass].bytes, last.bytes);
+    EXPECT_EQ(reports[pass].traces, 0u);
   }
 }
 

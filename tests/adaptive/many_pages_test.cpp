@@ -26,7 +26,7 @@ std::vector<SliceId> add(Service& service, std::uint32_t slices) {
   return ids;
 }
 
-TEST(ManySlices, AreAnsweredByGWhereTheirIndexHasNoRoomAndThatIsTold) {
+TEST(ManySlices, AreAnsweredByGWhereTheirIndexHasNoRoomAndThatIsLogged) {
   const testing::MovingPeaks target;
   Service service(small(), target);
   const std::vector<SliceId> ids = add(service, 3);

@@ -1,4 +1,4 @@
-// Options::progress: what it is told, what it changes, and that work which it ends is done later.
+// Options::progress: what is passed to it, what it changes, and that work which it ends is done later.
 #include <gtest/gtest.h>
 
 #include <cstdint>
@@ -49,19 +49,19 @@ struct Learner {
 };
 
 TEST(Progress, RisesAndChangesNothing) {
-  std::vector<double> told;
+  std::vector<double> seen;
   Learner asked([&](double done) {
-    told.push_back(done);
+    seen.push_back(done);
     return true;
   });
   Learner unasked(nullptr);
   for (int pass = 0; pass < 8; ++pass) {
-    told.clear();
+    seen.clear();
     EXPECT_FALSE(asked.pass().cancelled);
     unasked.pass();
-    EXPECT_GE(told.size(), 3u);
-    for (std::size_t i = 0; i < told.size(); ++i)
-      EXPECT_TRUE(told[i] >= (i == 0 ? 0 : told[i - 1]) && told[i] < 1) << i << ": " << told[i];
+    EXPECT_GE(seen.size(), 3u);
+    for (std::size_t i = 0; i < seen.size(); ++i)
+      EXPECT_TRUE(seen[i] >= (i == 0 ? 0 : seen[i - 1]) && seen[i] < 1) << i << ": " << seen[i];
   }
   EXPECT_EQ(cache_hash(asked.service.snapshot()), cache_hash(unasked.service.snapshot()));
 }
@@ -87,7 +87,7 @@ TEST(Progress, WorkThatItEndsIsDoneLater) {
   EXPECT_GE(report.rows_converged, 9u);
 }
 
-TEST(Progress, OneThatThrowsIsToldAndEndsNothing) {
+TEST(Progress, OneThatThrowsIsReportedAndEndsNothing) {
   Learner learner([](double) -> bool { throw std::runtime_error("no screen"); });
   const PassReport report = learner.pass();
   ASSERT_TRUE(report.misuse.has_value());

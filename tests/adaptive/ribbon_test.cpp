@@ -142,7 +142,7 @@ TEST(GammaDecay, GoesThroughBothMeans) {
       EXPECT_EQ(decay.at(0), 1);
       EXPECT_NEAR(decay.at(Ribbon::decay_rates[0]), decays[0], 1e-5f) << attribute << " " << scale;
       EXPECT_NEAR(decay.at(Ribbon::decay_rates[1]), decays[1], 1e-5f) << attribute << " " << scale;
-      // A float near 1 tells little of a law that takes little: of what is taken, 6e-8 is not seen.
+      // A float near 1 says little of a law that takes little: of what is taken, 6e-8 is not seen.
       EXPECT_NEAR(decay.at(3), law(3), 1e-3f * std::min(1.0f, 1 / attribute) + 1e-5f) << attribute << " " << scale;
     }
   }
@@ -183,7 +183,7 @@ TEST(RibbonRow, KeepsWhatItPacks) {
         EXPECT_NEAR(is[k].mode, was[k].mode, mode);  // half a step of asinh at 1
         EXPECT_NEAR(is[k].scale_below, was[k].scale_below, 0.015f * was[k].scale_below);
         EXPECT_NEAR(is[k].scale_above, was[k].scale_above, 0.015f * was[k].scale_above);
-        // An attribute below 0.01 is none.
+        // An attribute below 0.01 counts as 0.
         for (std::size_t i = 0; i < 2; ++i) EXPECT_NEAR(is[k].decays[i], was[k].decays[i], decay);
       }
     }

@@ -51,7 +51,7 @@ TEST(RowForm, IsMadeOnceOfAConvergedRowAndNeverOfAnother) {
   const FormedLookup absent = service.look_up(rows, 0);
   EXPECT_FALSE(absent.answer);
   ASSERT_NE(absent.row.nodes, nullptr);
-  EXPECT_EQ(service.publish().queries, 1u) << "a fetch without an answer is none";
+  EXPECT_EQ(service.publish().queries, 1u) << "a fetch without an answer is no query";
   learn(service, 12);
   ASSERT_EQ(service.peek(slice, 0, 0).state, RowState::converged);
   const std::uint64_t before = service.publish().bytes;

@@ -216,14 +216,14 @@ TEST(SampledRows, OfATargetThatHasChangedAreLearnedAnew) {
   first.pass();
   const TableSnapshot image = first.service.snapshot();
   const MovingLobes moved(0.5f);
-  std::vector<std::string> told;
+  std::vector<std::string> logged;
   Options options = to_epsilon();
-  options.log = [&](const std::string& sentence) { told.push_back(sentence); };
+  options.log = [&](const std::string& sentence) { logged.push_back(sentence); };
   Session second(moved, options, &image);
   PassReport report = second.pass();
   EXPECT_GT(report.rows_reopened, 0u);
-  ASSERT_EQ(told.size(), 1u);
-  EXPECT_NE(told[0].find("do not fit their target"), std::string::npos);
+  ASSERT_EQ(logged.size(), 1u);
+  EXPECT_NE(logged[0].find("do not fit their target"), std::string::npos);
   report = second.pass();
   EXPECT_EQ(report.rows_reopened, nodes) << "one that does not fit brings its slice to the test";
   EXPECT_EQ(report.ribbons, nodes);
@@ -269,9 +269,9 @@ TEST(SampledRows, OfInvalidDrawsAreRefusedAndReportedOnce) {
                             Fault::no_mass, Fault::no_exit}) {
     const BadLobes target(fault, 1);
     const bool is_misuse = fault != Fault::no_mass && fault != Fault::no_exit;  // a valid target may have no light
-    std::vector<std::string> told;
+    std::vector<std::string> logged;
     Options options = to_epsilon();
-    options.log = [&](const std::string& sentence) { told.push_back(sentence); };
+    options.log = [&](const std::string& sentence) { logged.push_back(sentence); };
     Session session(target, options);
     for (int pass = 0; pass < 2; ++pass) {
       const PassReport report = session.pass();
@@ -283,7 +283,7 @@ TEST(SampledRows, OfInvalidDrawsAreRefusedAndReportedOnce) {
         EXPECT_NE(report.misuse->expected.find("a part below 2"), std::string::npos) << report.misuse->message();
       }
     }
-    EXPECT_EQ(told.size(), is_misuse ? 2u : 1u);
+    EXPECT_EQ(logged.size(), is_misuse ? 2u : 1u);
     const RowView row = session.service.look_up(session.slice, 0, 1);
     EXPECT_EQ(row.state, RowState::refused);
     EXPECT_EQ(row.ribbons, nullptr);
@@ -298,7 +298,7 @@ Options hard() {
   return options;
 }
 
-TEST(SampledRows, ThatDoNotPassAnswerOnAndAreTold) {
+TEST(SampledRows, ThatDoNotPassAnswerOnAndAreLogged) {
   const MovingLobes target;
   Session first(target, hard());
   const PassReport report = first.pass();
@@ -640,20 +640,20 @@ TEST(SampledRows, AreReadInAFormToo) {
   EXPECT_EQ(report.answered_queries, 2u);
 }
 
-TEST(SampledRows, AreToldToTheListener) {
+TEST(SampledRows, ArePassedToTheListener) {
   const BadLobes target(BadLobes::Fault::no_mass, 1);
   Session session(target);
-  std::vector<RowReport> told;
-  session.service.set_row_listener([&](const RowReport& row) { told.push_back(row); });
+  std::vector<RowReport> heard;
+  session.service.set_row_listener([&](const RowReport& row) { heard.push_back(row); });
   session.pass();
-  ASSERT_EQ(told.size(), nodes);
-  EXPECT_EQ(told[0].state, RowState::converged);
-  EXPECT_EQ(told[0].ribbons, 2u);
-  EXPECT_EQ(told[0].components, 0u);
-  EXPECT_EQ(told[0].slice, sampled_slice(3, size).key);
-  EXPECT_EQ(told[1].state, RowState::refused);
-  EXPECT_LT(told[1].objective, 0);
-  EXPECT_EQ(told[1].ribbons, 0u);
+  ASSERT_EQ(heard.size(), nodes);
+  EXPECT_EQ(heard[0].state, RowState::converged);
+  EXPECT_EQ(heard[0].ribbons, 2u);
+  EXPECT_EQ(heard[0].components, 0u);
+  EXPECT_EQ(heard[0].slice, sampled_slice(3, size).key);
+  EXPECT_EQ(heard[1].state, RowState::refused);
+  EXPECT_LT(heard[1].objective, 0);
+  EXPECT_EQ(heard[1].ribbons, 0u);
 }
 
 TEST(SampledRows, NeedATargetAndAKeyOfTheirOwn) {

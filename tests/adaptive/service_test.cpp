@@ -143,7 +143,7 @@ TEST(Service, AConvergedRowDropsItsNodesAndEvaluatesNothing) {
   }
 }
 
-TEST(Service, AViewTellsTheBoundOfTheLastTest) {
+TEST(Service, AViewHasTheBoundOfTheLastTest) {
   const MovingPeaks target;
   Service service(Options{}, target);
   const SliceId slice = *service.add_slice(toy_slice(0, 2));
@@ -151,9 +151,9 @@ TEST(Service, AViewTellsTheBoundOfTheLastTest) {
   touch(service, slice, 1, 1, 8);
   service.publish();
   EXPECT_EQ(service.look_up(slice, 1, 1).objective, 1.0f) << "born and not tested";
-  float told = 1;
+  float reported = 1;
   service.set_row_listener([&](const RowReport& row) {
-    if (row.objective >= 0 && row.node == 3) told = static_cast<float>(row.objective);
+    if (row.objective >= 0 && row.node == 3) reported = static_cast<float>(row.objective);
   });
   bool converged = false;
   for (std::uint64_t pass = 0; pass < 20 && !converged; ++pass) {
@@ -163,7 +163,7 @@ TEST(Service, AViewTellsTheBoundOfTheLastTest) {
   }
   ASSERT_TRUE(converged);
   const RowView row = service.look_up(slice, 1, 1);
-  EXPECT_EQ(row.objective, told);
+  EXPECT_EQ(row.objective, reported);
   EXPECT_LE(row.objective, service.options().epsilon);
   EXPECT_EQ(row.objective, service.snapshot().slices[0].rows.back().objective);
 }
@@ -220,15 +220,15 @@ TEST(Service, ARowThatFailsItsTestsIsRefusedAnsweredExactlyAndSavedAsOpen) {
   options.tests_before_refusal = 5;
   Service service(options, target);
   const SliceId slice = *service.add_slice(toy_slice(0, 1));
-  std::multiset<RowState> told;
-  service.set_row_listener([&](const RowReport& row) { told.insert(row.state); });
+  std::multiset<RowState> reported;
+  service.set_row_listener([&](const RowReport& row) { reported.insert(row.state); });
   PassReport report;
   for (std::uint64_t pass = 0; pass < 6; ++pass) {
     testing::run_pass(service, 1, pass, 100, 1);
     report = service.publish();
   }
   EXPECT_EQ(report.rows_refused, 1u);
-  EXPECT_EQ(told.count(RowState::refused), 1u);
+  EXPECT_EQ(reported.count(RowState::refused), 1u);
   const RowView row = service.look_up(slice, 0, 0);
   EXPECT_EQ(row.state, RowState::refused);
   ASSERT_NE(row.nodes, nullptr);

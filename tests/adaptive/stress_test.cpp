@@ -99,7 +99,7 @@ TEST(BadFit, IsReplacedByTheUniformOneWhereThereIsNoOther) {
 }
 
 // s in [max(0.004, floor), 0.5]: a side is no narrower than a quarter of the way to the second pair on it.
-TEST(FitFloor, NoSideIsNarrowerThanThePairsCanTell) {
+TEST(FitFloor, NoSideIsNarrowerThanThePairsCanShow) {
   for (std::uint64_t seed = 0; seed < 150; ++seed) {
     RandomStream random(41, seed);
     const float blur = 0.0175f + 0.3f * random.next() * random.next();

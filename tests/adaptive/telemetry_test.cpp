@@ -161,25 +161,25 @@ TEST_F(Telemetry, LinesSatisfyTheSchemaAndAreThereAtOnce) {
   ASSERT_FALSE(writer_->row(row, {}));
   ASSERT_FALSE(writer_->summary({{"status", "\"done\""}}));
 
-  const std::vector<json> told = lines();
-  ASSERT_EQ(told.size(), 6u);
+  const std::vector<json> written = lines();
+  ASSERT_EQ(written.size(), 6u);
   const SchemaCheck check = schema();
-  for (const json& line : told) EXPECT_EQ(check.line(line), "") << line;
-  EXPECT_EQ(told[1]["converged_query_share"], 0.75);
-  EXPECT_EQ(told[1]["rows"]["open"], 7);
-  EXPECT_EQ(told[1]["objective"]["p99"], 0.02);
-  EXPECT_EQ(told[1]["objective_absorbed"], json({{"rows", 6}, {"p50", 0.01}, {"p90", 0.04}, {"max", 0.3}}));
-  EXPECT_EQ(told[1]["components"], json({0, 0, 0, 0, 0, 0, 0, 0, 5}));
-  EXPECT_EQ(told[1]["knots"], json({0, 0, 0}));
-  EXPECT_EQ(told[1]["seconds"], 0.25);
-  EXPECT_TRUE(told[2]["objective"].is_null());
-  EXPECT_EQ(told[3]["state"], "converged");
-  EXPECT_EQ(told[3]["page"]["lobe"], 2);
-  EXPECT_EQ(told[3]["page"]["parameters"].size(), 3u);
-  EXPECT_EQ(told[4]["page"]["parameters"].size(), 8u) << "as a slice of samples may have";
-  EXPECT_EQ(told[4]["ribbons"], 4);
-  EXPECT_EQ(told[1]["ribbons"], 9);
-  EXPECT_EQ(told[1]["unusable"], 1);
+  for (const json& line : written) EXPECT_EQ(check.line(line), "") << line;
+  EXPECT_EQ(written[1]["converged_query_share"], 0.75);
+  EXPECT_EQ(written[1]["rows"]["open"], 7);
+  EXPECT_EQ(written[1]["objective"]["p99"], 0.02);
+  EXPECT_EQ(written[1]["objective_absorbed"], json({{"rows", 6}, {"p50", 0.01}, {"p90", 0.04}, {"max", 0.3}}));
+  EXPECT_EQ(written[1]["components"], json({0, 0, 0, 0, 0, 0, 0, 0, 5}));
+  EXPECT_EQ(written[1]["knots"], json({0, 0, 0}));
+  EXPECT_EQ(written[1]["seconds"], 0.25);
+  EXPECT_TRUE(written[2]["objective"].is_null());
+  EXPECT_EQ(written[3]["state"], "converged");
+  EXPECT_EQ(written[3]["page"]["lobe"], 2);
+  EXPECT_EQ(written[3]["page"]["parameters"].size(), 3u);
+  EXPECT_EQ(written[4]["page"]["parameters"].size(), 8u) << "as a slice of samples may have";
+  EXPECT_EQ(written[4]["ribbons"], 4);
+  EXPECT_EQ(written[1]["ribbons"], 9);
+  EXPECT_EQ(written[1]["unusable"], 1);
 }
 
 // The checker can fail: each required field of a pass, taken away or of another type, is missed.
@@ -223,7 +223,7 @@ TEST_F(Telemetry, RefusesFieldsThatWouldBreakALine) {
   EXPECT_EQ(lines().size(), 1u);
 }
 
-TEST_F(Telemetry, TellsThatTheDiskIsFull) {
+TEST_F(Telemetry, ReportsThatTheDiskIsFull) {
   ASSERT_TRUE(fs::exists("/dev/full")) << "Linux has this device";
   auto full = TelemetryWriter::create("/dev/full");
   ASSERT_TRUE(full);
@@ -247,9 +247,9 @@ TEST_F(Telemetry, LeavesNoPartOfALineThatFoundNoRoom) {
       if (::setrlimit(RLIMIT_FSIZE, &limit) != 0) ::_exit(2);
       auto writer = TelemetryWriter::create(file_);
       if (!writer) ::_exit(3);
-      bool told = false;
-      for (int i = 0; i < 2; ++i) told = (*writer)->header({}).has_value() || told;
-      ::_exit(told ? 0 : 1);
+      bool failed = false;
+      for (int i = 0; i < 2; ++i) failed = (*writer)->header({}).has_value() || failed;
+      ::_exit(failed ? 0 : 1);
     }
     int status = 0;
     ASSERT_EQ(::waitpid(child, &status, 0), child);

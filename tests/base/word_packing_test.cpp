@@ -70,7 +70,7 @@ TEST(WordPacking, RefusesWhatIsCutOrTooMuch) {
     EXPECT_FALSE(unpack_words(small.substr(0, size), bytes.size(), &back)) << size;
   EXPECT_FALSE(unpack_words(small + "x", bytes.size(), &back));
   EXPECT_FALSE(unpack_words(small, std::size_t{1} << 60, &back));
-  EXPECT_FALSE(unpack_words(std::string(8, '\xff') + std::string(1000, '\x08'), 512, &back)) << "a code that is none";
+  EXPECT_FALSE(unpack_words(std::string(8, '\xff') + std::string(1000, '\x08'), 512, &back)) << "an invalid code";
   EXPECT_FALSE(unpack_words(std::string(8, '\xff') + std::string(1000, '\x00'), 16, &back)) << "words past the end";
 }
 

@@ -1,7 +1,7 @@
 """What denoisers need goes through Blender's compositor: blender -b --factory-startup -P denoiser_layers_test.py -- TRESS FOLDER
 
 Renders the demo with half pictures, reads them with an Image node, feeds Denoise and writes what came through.
-Where Blender is built without OpenImageDenoise, as Debian's is, Denoise hands its picture on as it is; that is told.
+Where Blender is built without OpenImageDenoise, as Debian's is, Denoise hands its picture on as it is; that is reported.
 """
 
 import os

@@ -111,11 +111,11 @@ class Files(Folder):
     def test_a_groom_is_what_tress_reads(self):
         lengths, points, widths = strands()
         files.write_hair(self.path("a.hair"), lengths, points, widths, np.full((10, 3), 0.25))
-        told = subprocess.run([TRESS, "info", self.path("a.hair")], capture_output=True, text=True, check=True).stdout
-        lines = [line.split(None, 1) for line in told.splitlines()]
+        printed = subprocess.run([TRESS, "info", self.path("a.hair")], capture_output=True, text=True, check=True).stdout
+        lines = [line.split(None, 1) for line in printed.splitlines()]
         said = {line[0]: line[1] for line in lines if len(line) == 2}
-        self.assertEqual((said["strands"], said["points"]), ("2", "10, 5 a strand"), told)
-        self.assertTrue(said["colors"].startswith("per point "), told)
+        self.assertEqual((said["strands"], said["points"]), ("2", "10, 5 a strand"), printed)
+        self.assertTrue(said["colors"].startswith("per point "), printed)
         self.assertIn("0.005 to 0.01", said["widths"])
 
     def test_arrays_that_do_not_fit_are_refused(self):
@@ -143,7 +143,7 @@ class Keys(unittest.TestCase):
         self.assertEqual(scene_keys.crop((0.25, 0.5, 0.75, 1.0), 40, 20), (10, 0, 30, 10))
         self.assertEqual(scene_keys.crop((0.5, 0.5, 0.5, 0.5), 4, 4), (2, 1, 3, 2))
 
-    def test_a_sensor_fits_the_longer_side_unless_told(self):
+    def test_a_sensor_fits_the_longer_side_by_default(self):
         fit = lambda width, height, how: scene_keys.camera(LOOKS_DOWN, 100, width, height, sensor_fit=how)
         self.assertEqual(fit(200, 100, "AUTO")["sensor_fit"], "width")
         self.assertEqual(fit(100, 200, "AUTO")["sensor_fit"], "height")
@@ -181,7 +181,7 @@ class Render(Folder):
                 "grooms": [{"file": "a.hair", "up": "z", "cm_per_unit": 1}]}
         pathlib.Path(self.path("scene.json")).write_text(json.dumps(keys))
 
-    def test_a_job_ends_with_a_picture_and_tells_of_it(self):
+    def test_a_job_ends_with_a_picture_and_reports_it(self):
         self.scene()
         child = job.Job(TRESS, self.folder, ["--spp", "2"], 64, samples=2)
         self.assertEqual(child.close(), 0, child.error())

@@ -119,9 +119,9 @@ def test_particle_hair_and_its_emitter_are_handed_over():
     same(picture, "RGBA", "Combined", [program.channels[c] for c in "RGBA"])
     keys = json.loads(pathlib.Path(FOLDER, "kept", "scene.json").read_text())
     expect(len(keys["grooms"]) == 1 and len(keys["meshes"]) == 1, "one groom and one mesh are expected")
-    told = subprocess.run([TRESS, "info", os.path.join(FOLDER, "kept", keys["grooms"][0]["file"])], check=True,
+    printed = subprocess.run([TRESS, "info", os.path.join(FOLDER, "kept", keys["grooms"][0]["file"])], check=True,
                           capture_output=True, text=True).stdout
-    expect("strands   1000" in told, "1000 strands are expected: " + told)
+    expect("strands   1000" in printed, "1000 strands are expected: " + printed)
 
 
 def coverage_by(scene, engine, seed):

@@ -68,7 +68,7 @@ def live_page_of_samples():
         page.open(address)
         page.until("document.querySelectorAll('#maps .map').length >= 1 && passes.length >= 3")
         words = click_row(page)
-        check("rough" in words, f"a clicked row of samples is told: {words}")
+        check("rough" in words, f"a clicked row of samples is described: {words}")
         about = page.value("document.getElementById('about').textContent")
         check("epsilon 0.07" in about, f"rows of samples have an epsilon of their own: {about}")
         page.picture(at("live_samples.png"))
@@ -114,9 +114,9 @@ def live_page():
         page.until("look.sent === 0 && !look.waits && Object.keys(look.moved).length === 2 && passes.length >= 4")
         check(page.value("shown.latest.version") > version and page.value(LIGHT) > 1.3 * light, "sliders make another picture")
         words = page.value("document.getElementById('look').textContent")
-        check("--melanin 0 --light-scale 3" in words, f"and tell what they are as options: {words[-90:]}")
+        check("--melanin 0 --light-scale 3" in words, f"and name what they are as options: {words[-90:]}")
         page.until("document.querySelectorAll('#maps .map').length >= 3 && passes.length >= 8")
-        check(page.value("duration(42) + ', ' + duration(78000)") == "42 s, 22 h", "time that is left is told in units that are read at once")
+        check(page.value("duration(42) + ', ' + duration(78000)") == "42 s, 22 h", "time that is left is shown in units that are read at once")
         beside = page.value("(() => { const p = document.getElementById('picture').getBoundingClientRect(), s = document.getElementById('look').getBoundingClientRect(); return s.left >= p.right && s.top < p.bottom; })()")
         check(beside, "where there is room, the sliders are beside the picture")
         page.value("document.getElementById('pause').click()")
@@ -227,7 +227,7 @@ def no_picture_is_old():
 
 
 def report():
-    """Of a run whose rows cannot pass, so that some are left to tell of, and of one that they serve."""
+    """Of a run whose rows cannot pass, so that some are left to list, and of one that they serve."""
     for name in ("cold", "warm"):
         subprocess.run([tress, "render", scene, "-o", at(name + ".exr"), "--spp", "4", "--resolution", "48x48", "--quiet",
                         "--model", "rough", "--epsilon", "0.005", "--warm-cache", at("r.cache"),

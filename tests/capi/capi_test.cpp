@@ -101,18 +101,18 @@ Session by_c(std::uint32_t model, std::uint32_t threads, bool has_tasks = false)
         EXPECT_EQ(tress_fibers_begin(fibers, id, {d.theta, d.phi}, d.xi1, d.xi2, d.h, d.importance, &event), TRESS_OK);
         EXPECT_EQ(tress_fibers_sample(fibers, &event, d.u.data(), &sample), TRESS_OK);
         EXPECT_EQ(tress_fibers_evaluate(fibers, &event, d.light, &lit), TRESS_OK);
-        const float told[11] = {sample.direction.theta,
-                                sample.direction.phi,
-                                sample.at.value[0],
-                                sample.at.value[1],
-                                sample.at.value[2],
-                                sample.at.pdf,
-                                static_cast<float>(sample.lobe),
-                                lit.value[0],
-                                lit.value[1],
-                                lit.value[2],
-                                lit.pdf};
-        std::ranges::copy(told, session.numbers.begin() + static_cast<std::ptrdiff_t>(first + i * 11));
+        const float drawn[11] = {sample.direction.theta,
+                                 sample.direction.phi,
+                                 sample.at.value[0],
+                                 sample.at.value[1],
+                                 sample.at.value[2],
+                                 sample.at.pdf,
+                                 static_cast<float>(sample.lobe),
+                                 lit.value[0],
+                                 lit.value[1],
+                                 lit.value[2],
+                                 lit.pdf};
+        std::ranges::copy(drawn, session.numbers.begin() + static_cast<std::ptrdiff_t>(first + i * 11));
       }
     };
     std::vector<std::thread> others;
@@ -438,7 +438,7 @@ TEST(CInterface, NumbersOutOfRangeAreRefused) {
   EXPECT_EQ(tress_service_publish(host.service, 1, nullptr), TRESS_OK);
 }
 
-TEST(CInterface, TargetsThatFailAreToldAndCallsFromInsideThemRefused) {
+TEST(CInterface, TargetsThatFailAreReportedAndCallsFromInsideThemRefused) {
   for (int i = 0; i < 5; ++i) {
     Host host;
     ASSERT_EQ(host.create(), TRESS_OK);

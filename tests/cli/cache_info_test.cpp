@@ -1,4 +1,4 @@
-// tress cache info and verify: what is told of a whole file, and of one that is not.
+// tress cache info and verify: what is printed of a whole file, and of one that is not.
 #include <gmock/gmock.h>
 
 #include <string>
@@ -23,14 +23,14 @@ class CacheInfo : public CommandTest {
   nlohmann::json json(const std::string& command, const std::string& file, int status) const {
     const Outcome outcome = run({"cache", command, path(file), "--json"});
     EXPECT_EQ(outcome.status, status) << outcome.err;
-    const nlohmann::json told = nlohmann::json::parse(outcome.out, nullptr, false);
-    EXPECT_FALSE(told.is_discarded()) << outcome.out;
-    return told;
+    const nlohmann::json parsed = nlohmann::json::parse(outcome.out, nullptr, false);
+    EXPECT_FALSE(parsed.is_discarded()) << outcome.out;
+    return parsed;
   }
   std::string bytes_;
 };
 
-TEST_F(CacheInfo, TellsTheTableThatIsInTheFile) {
+TEST_F(CacheInfo, PrintsTheTableThatIsInTheFile) {
   const nlohmann::json info = json("info", "t.cache", 0);
   EXPECT_EQ(info.at("model"), "elliptical-test");
   EXPECT_EQ(info.at("format"), 1);
@@ -50,7 +50,7 @@ TEST_F(CacheInfo, TellsTheTableThatIsInTheFile) {
 }
 
 /// By slice: how many paths taught the converged rows, and below what their errors are known to be.
-TEST_F(CacheInfo, TellsTheAccuracyOfEachSlice) {
+TEST_F(CacheInfo, PrintsTheAccuracyOfEachSlice) {
   adaptive::TableSnapshot table = adaptive::small_image();
   adaptive::CachedSlice& slice = table.slices[0];
   slice.rows.clear();
@@ -58,12 +58,12 @@ TEST_F(CacheInfo, TellsTheAccuracyOfEachSlice) {
     slice.rows.push_back(adaptive::converged_row(node, 0.001f * static_cast<float>(6 - node)));
   write_text(path("a.cache"), encode_cache(table));
   const nlohmann::json info = json("info", "a.cache", 0);
-  const nlohmann::json& told = info.at("pages")[0];
-  EXPECT_EQ(told.at("samples"), 6 * 64);
-  EXPECT_FLOAT_EQ(told.at("error").at("median").get<float>(), 0.003f);
-  EXPECT_FLOAT_EQ(told.at("error").at("q90").get<float>(), 0.005f);
-  EXPECT_FLOAT_EQ(told.at("error").at("q99").get<float>(), 0.005f);
-  EXPECT_FLOAT_EQ(told.at("error").at("max").get<float>(), 0.006f);
+  const nlohmann::json& page = info.at("pages")[0];
+  EXPECT_EQ(page.at("samples"), 6 * 64);
+  EXPECT_FLOAT_EQ(page.at("error").at("median").get<float>(), 0.003f);
+  EXPECT_FLOAT_EQ(page.at("error").at("q90").get<float>(), 0.005f);
+  EXPECT_FLOAT_EQ(page.at("error").at("q99").get<float>(), 0.005f);
+  EXPECT_FLOAT_EQ(page.at("error").at("max").get<float>(), 0.006f);
   EXPECT_EQ(info.at("pages")[1].at("samples"), 0);
   EXPECT_FALSE(info.at("pages")[1].contains("error")) << "none has converged";
   const std::string text = run({"cache", "info", path("a.cache")}).out;
@@ -71,7 +71,7 @@ TEST_F(CacheInfo, TellsTheAccuracyOfEachSlice) {
   EXPECT_THAT(text, testing::ContainsRegex("TT +6 +384 +0.003 +0.005 +0.005 +0.006  eta"));
 }
 
-TEST_F(CacheInfo, TellsRowsOfKnotsThatAreLearnedAnew) {
+TEST_F(CacheInfo, CountsRowsOfKnotsThatAreLearnedAnew) {
   write_text(path("k.cache"), adaptive::knot_cache());
   const nlohmann::json info = json("info", "k.cache", 0);
   EXPECT_EQ(info.at("format"), 2);
@@ -84,7 +84,7 @@ TEST_F(CacheInfo, TellsRowsOfKnotsThatAreLearnedAnew) {
   EXPECT_EQ(json("info", "m.cache", 0).at("hash"), cache_hash(adaptive::small_image()));
 }
 
-TEST_F(CacheInfo, TellsSlicesOfSamplesByTheirParameters) {
+TEST_F(CacheInfo, NamesSlicesOfSamplesByTheirParameters) {
   write_text(path("s.cache"), adaptive::encode_cache(adaptive::samples_image()));
   const nlohmann::json info = json("info", "s.cache", 0);
   EXPECT_EQ(info.at("format"), 3);

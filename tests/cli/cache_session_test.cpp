@@ -152,7 +152,7 @@ TEST_F(CacheSession, AFileThatGoesIsMadeAgainAndOneThatTurnsForeignIsLeftAlone) 
   EXPECT_EQ(encode_cache(saved()), encode_cache(next->snapshot()));
 
   write_text(file_, "the notes of somebody, long enough for a header");
-  EXPECT_FALSE(session.save(*next)) << "refused is told, and is no failure to write";
+  EXPECT_FALSE(session.save(*next)) << "a refusal is reported, and is no failure to write";
   EXPECT_EQ(session.saved(), "refused");
   EXPECT_THAT(session.reason(), HasSubstr("magic"));
   EXPECT_EQ(read_text(file_), "the notes of somebody, long enough for a header");
@@ -174,22 +174,22 @@ class InterruptedSave : public CacheSession {
     before_ = read_text(file_);
     lock_ = ::open((file_.string() + ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     ASSERT_EQ(::flock(lock_, LOCK_EX), 0);
-    int told[2];
-    ASSERT_EQ(::pipe(told), 0);
+    int pipe_ends[2];
+    ASSERT_EQ(::pipe(pipe_ends), 0);
     child_ = ::fork();
     ASSERT_GE(child_, 0);
     if (child_ == 0) {
       ::close(lock_);
       const cli::InterruptGuard guard;
       WarmCacheSession session = this->session(CacheMode::append);
-      if (::write(told[1], "s", 1) != 1) ::_exit(1);
+      if (::write(pipe_ends[1], "s", 1) != 1) ::_exit(1);
       const auto error = session.save(*table_);
       ::_exit(error ? 1 : guard.exit_status());
     }
-    ::close(told[1]);
+    ::close(pipe_ends[1]);
     char byte = 0;
-    ASSERT_EQ(::read(told[0], &byte, 1), 1);
-    ::close(told[0]);
+    ASSERT_EQ(::read(pipe_ends[0], &byte, 1), 1);
+    ::close(pipe_ends[0]);
     interrupt();
     EXPECT_EQ(::waitpid(child_, nullptr, WNOHANG), 0) << "the first signal must not stop a save";
   }

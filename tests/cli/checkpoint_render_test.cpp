@@ -180,7 +180,7 @@ class FullDisk {
 // The sums of 256 x 256 pixels are 30 MB, packed 0.5 MB after the first pass and more later; each file at the end is
 // less than 0.2 MB. So the first save fails already. It takes milliseconds, and the next is tried after a hundred times
 // that.
-TEST_F(Checkpoints, ThatFindNoRoomAreToldOnceAndTheRenderEndsAsWithoutThem) {
+TEST_F(Checkpoints, ThatFindNoRoomAreReportedOnceAndTheRenderEndsAsWithoutThem) {
   const std::vector<std::string> more{"--resolution", "256x256", "--spp",   "4",
                                       "--layers",     "beauty",  "--model", "elliptical"};
   const Outcome whole = run(command("whole", more));
@@ -200,7 +200,7 @@ TEST_F(Checkpoints, ThatFindNoRoomAreToldOnceAndTheRenderEndsAsWithoutThem) {
     EXPECT_THAT(entry.path().string(), Not(HasSubstr(".tmp-"))) << "nothing is left";
 }
 
-TEST_F(Checkpoints, WhoseFolderGoesAreToldOnceAndTheRenderEndsAsWithoutThem) {
+TEST_F(Checkpoints, WhoseFolderGoesAreReportedOnceAndTheRenderEndsAsWithoutThem) {
   const std::vector<std::string> more{"--resolution", "32x32", "--spp", "2400"};
   const Outcome whole = run(command("whole", more));
   ASSERT_EQ(whole.status, 0) << whole.err;

@@ -1,4 +1,4 @@
-// tress render --deep-light learned: what it tells, what it refuses, and parts of such a picture.
+// tress render --deep-light learned: what it reports, what it refuses, and parts of such a picture.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -35,7 +35,7 @@ class DeepLight : public CommandTest {
   }
 };
 
-TEST_F(DeepLight, TellsItsBiasAndMergesIt) {
+TEST_F(DeepLight, ReportsItsBiasAndMergesIt) {
   write_scene("");
   const std::vector<std::string> learned{"--deep-light", "learned", "--deep-light-depth", "2"};
   const auto with = [&](const std::vector<std::string>& more) {
@@ -49,9 +49,9 @@ TEST_F(DeepLight, TellsItsBiasAndMergesIt) {
   const auto picture = image::read_exr(path("whole.exr"));
   ASSERT_TRUE(picture && picture->metadata.contains("deep_light_bias"));
   EXPECT_THAT(picture->metadata.at("deep_light_bias"), HasSubstr(" +- "));
-  const auto told = telemetry_lines(path("whole.jsonl"), "summary").back().at("deep_light_bias");
-  EXPECT_GT(told.at("paths").get<int>(), 100);
-  EXPECT_GT(told.at("error").get<double>(), 0);
+  const auto bias = telemetry_lines(path("whole.jsonl"), "summary").back().at("deep_light_bias");
+  EXPECT_GT(bias.at("paths").get<int>(), 100);
+  EXPECT_GT(bias.at("error").get<double>(), 0);
   ASSERT_EQ(rendered("a", with({"--samples-to", "12", "--part", path("a.part")})).status, 0);
   ASSERT_EQ(rendered("b", with({"--samples-from", "12", "--part", path("b.part")})).status, 0);
   const Outcome merged = run({"merge", path("a.part"), path("b.part"), "-o", path("merged.exr")});

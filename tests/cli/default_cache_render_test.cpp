@@ -61,10 +61,10 @@ TEST_F(DefaultCache, IsMadeAndStartsTheNextRenderWarm) {
   const Outcome warm = render({"--telemetry", path("warm.jsonl"), "--cache-mode", "require"});
   ASSERT_EQ(warm.status, 0) << warm.err;
   EXPECT_THAT(warm.err, HasSubstr("from 1 of 1 pages (require)"));
-  const Json told = telemetry_lines(path("warm.jsonl"), "summary").at(0).at("warm_cache");
-  EXPECT_EQ(told.at("loaded"), "loaded");
-  EXPECT_EQ(told.at("file"), path("caches/tress"));
-  EXPECT_GT(told.at("rows_known").get<int>(), 0);
+  const Json cache = telemetry_lines(path("warm.jsonl"), "summary").at(0).at("warm_cache");
+  EXPECT_EQ(cache.at("loaded"), "loaded");
+  EXPECT_EQ(cache.at("file"), path("caches/tress"));
+  EXPECT_GT(cache.at("rows_known").get<int>(), 0);
   EXPECT_FALSE(fs::exists(path("default"))) << "no file of that name";
 }
 

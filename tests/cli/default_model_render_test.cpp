@@ -32,13 +32,13 @@ class DefaultModel : public CommandTest {
       "environment": {"constant": [1, 1, 1]}, "materials": [{"name": "hair")" +
            keys + R"(}], "grooms": [{"generate": "straight", "strands": 300, "radius_cm": 0.04, "material": "hair"}]})";
   }
-  /// What it was rendered by, as the picture's header tells; the note on stderr, if there is one, in `told`.
+  /// What it was rendered by, by the picture's header; the note on stderr, if there is one, goes to `notes`.
   std::string model_of(const std::string& scene, const std::vector<std::string>& more) {
     std::vector<std::string> command{"render", path(scene), "-o", path("a.exr")};
     command.insert(command.end(), more.begin(), more.end());
     const Outcome outcome = run(command);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
-    told = outcome.err;
+    notes = outcome.err;
     const auto picture = image::read_exr(path("a.exr"));
     return picture ? picture->metadata.at("model") : "no picture";
   }
@@ -51,12 +51,12 @@ class DefaultModel : public CommandTest {
     EXPECT_FALSE(fs::exists(path("refused.exr")));
     return outcome.err;
   }
-  std::string told;
+  std::string notes;
 };
 
 TEST_F(DefaultModel, IsRough) {
   EXPECT_EQ(model_of("scene.json", {}), "rough");
-  EXPECT_THAT(told, Not(HasSubstr("model ")));
+  EXPECT_THAT(notes, Not(HasSubstr("model ")));
 }
 
 /// One by one: each of these chose another model once.
@@ -72,7 +72,7 @@ TEST_F(DefaultModel, IsNotChangedByAnOptionOfAccuracy) {
                                                  {"--warm-cache", path("w.cache"), "--cache-mode", "require"},
                                                  {"--warm-cache", path("w.cache"), "--cache-mode", "scratch"}}) {
     EXPECT_EQ(model_of("scene.json", option), "rough") << option[0] << " " << option[1];
-    EXPECT_THAT(told, Not(HasSubstr("elliptical")));
+    EXPECT_THAT(notes, Not(HasSubstr("elliptical")));
   }
   EXPECT_EQ(model_of("scene.json", {"--model", "exact"}), "elliptical") << "named";
   EXPECT_EQ(model_of("scene.json", {"--model", "elliptical", "--epsilon", "0.02"}), "elliptical") << "named";
@@ -113,7 +113,7 @@ TEST_F(DefaultModel, RefusesAnOptionThatItHasNot) {
 TEST_F(DefaultModel, IsEllipticalWhereAMaterialShapesLobes) {
   for (const char* scene : {"shaped.json", "fitted.json"}) {
     EXPECT_EQ(model_of(scene, {}), "elliptical") << scene;
-    EXPECT_THAT(told, HasSubstr("model elliptical: a material shapes its lobes"));
+    EXPECT_THAT(notes, HasSubstr("model elliptical: a material shapes its lobes"));
     EXPECT_EQ(model_of(scene, {"--model", "rough"}), "rough") << scene;
   }
 }
@@ -123,16 +123,16 @@ TEST_F(DefaultModel, WarnsOfAMedullaThatTheModelHasNot) {
       "material hair: medulla: left out by model elliptical, whose fibers have none; models "
       "that have it: rough, fiber3d";
   EXPECT_EQ(model_of("marrow.json", {}), "elliptical");
-  EXPECT_THAT(told, HasSubstr(warning));
+  EXPECT_THAT(notes, HasSubstr(warning));
   EXPECT_EQ(model_of("marrow.json", {"--model", "rough"}), "rough");
-  EXPECT_THAT(told, Not(HasSubstr("left out")));
+  EXPECT_THAT(notes, Not(HasSubstr("left out")));
 }
 
 /// As where it comes from: by the lobes that the node has (scenes/blender/README.md).
 TEST_F(DefaultModel, OfPrincipledHairIsTheNodesOwn) {
   for (const char* scene : {"principled.json", "published.json", "node.json"}) {
     EXPECT_EQ(model_of(scene, {}), "chiang2016") << scene;
-    EXPECT_THAT(told, HasSubstr("model chiang2016: its hair is given by the lobes of that")) << scene;
+    EXPECT_THAT(notes, HasSubstr("model chiang2016: its hair is given by the lobes of that")) << scene;
   }
   EXPECT_EQ(model_of("flat.json", {}), "rough") << "no fiber of that node";
   EXPECT_EQ(model_of("principled.json", {"--model", "elliptical"}), "elliptical");
@@ -140,7 +140,7 @@ TEST_F(DefaultModel, OfPrincipledHairIsTheNodesOwn) {
 
 TEST_F(DefaultModel, OfPrincipledHairLeavesACacheAlone) {
   EXPECT_EQ(model_of("principled.json", {"--warm-cache", path("p.cache")}), "chiang2016");
-  EXPECT_THAT(told, HasSubstr("p.cache: not used and left as it is, model chiang2016 has no rows"));
+  EXPECT_THAT(notes, HasSubstr("p.cache: not used and left as it is, model chiang2016 has no rows"));
   EXPECT_FALSE(fs::exists(path("p.cache")));
   const Outcome baked = run({"cache", "prebake", path("principled.json"), "-o", path("baked.cache")});
   EXPECT_EQ(baked.status, 2) << baked.err;
@@ -175,11 +175,11 @@ TEST_F(DefaultModel, IsNotThatOfTheRowsInTheWarmCache) {
   EXPECT_GT(before, 0);
   EXPECT_EQ(rows_of("samples"), 0);
   EXPECT_EQ(model_of("scene.json", {"--warm-cache", path("t.cache")}), "rough");
-  EXPECT_THAT(told, Not(HasSubstr("refused")));
+  EXPECT_THAT(notes, Not(HasSubstr("refused")));
   EXPECT_EQ(rows_of("densities"), before) << "kept";
   EXPECT_GT(rows_of("samples"), 0) << "learned into";
   write_text(path("broken.cache"), "no cache");
-  EXPECT_EQ(model_of("scene.json", {"--warm-cache", path("broken.cache")}), "rough") << "refused, and told so";
+  EXPECT_EQ(model_of("scene.json", {"--warm-cache", path("broken.cache")}), "rough") << "refused, and reported";
 }
 
 /// The fur that lost its medulla to any of these options: its mean fell from 0.235 to 0.164.
@@ -205,7 +205,7 @@ TEST_F(DefaultModel, KeepsTheMedullaOfFurUnderOptionsOfAccuracy) {
   // One seed each; what the options change of the fits and of the noise is well within a quarter of what a medulla
   // does.
   const double allowed = 0.25 * (usual - without);
-  EXPECT_GT(allowed, 0.005) << "too little to tell";
+  EXPECT_GT(allowed, 0.005) << "too little to show";
   for (const std::vector<std::string>& option : {std::vector<std::string>{"--epsilon", "0.1"},
                                                  {"--estimator", "exact"},
                                                  {"--picture-error", "0.1"},

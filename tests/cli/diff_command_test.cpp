@@ -7,7 +7,7 @@
 namespace tress::test {
 namespace {
 
-TEST(DiffOfPictures, TellsIdenticalAndDifferentApart) {
+TEST(DiffOfPictures, DistinguishesIdenticalAndDifferent) {
   const fs::path folder = fs::path(::testing::TempDir()) / ("tress_diff_" + std::to_string(getpid()));
   fs::create_directories(folder);
   image::Picture picture;

@@ -72,7 +72,7 @@ TEST_F(DisplayServer, ThePictureIsTheSameWhoeverWatches) {
   }
 }
 
-TEST_F(DisplayServer, AViewerThatIsNotThereIsToldAndAnUnknownHostRefused) {
+TEST_F(DisplayServer, AViewerThatIsNotThereIsReportedAndAnUnknownHostRefused) {
   SmallViewer viewer;
   Outcome outcome = run(command({"--display-server", "127.0.0.1:1"}));
   EXPECT_EQ(outcome.status, 0);

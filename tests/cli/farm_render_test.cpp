@@ -1,5 +1,5 @@
-// Farms from the command to the merged pictures, under a scheduler that is a script: what it is told, what its tasks do
-// when they are killed, fail, or are started twice. tests/farm/slurm_shot runs a real one.
+// Farms from the command to the merged pictures, under a scheduler that is a script: what is passed to it, what its
+// tasks do when they are killed, fail, or are started twice. tests/farm/slurm_shot runs a real one.
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -34,7 +34,7 @@ class Farms : public CommandTest {
     fs::create_directories(path("out"));
     old_path_ = std::getenv("PATH");
     ::setenv("PATH", (path("bin") + ":" + old_path_).c_str(), 1);
-    // Each prints the number of the job, and keeps what it was told.
+    // Each prints the number of the job, and keeps its arguments.
     script("sbatch",
            "echo \"$*\" >> " + path("submitted") + "; n=$(wc -l < " + path("submitted") + "); echo $((100 + n))");
     script("squeue", "cat " + path("queue") + " 2>/dev/null; exit 0");
@@ -62,7 +62,7 @@ class Farms : public CommandTest {
   nlohmann::json status() const {
     return nlohmann::json::parse(run({"farm", "status", path("shot.farm"), "--json"}).out, nullptr, false);
   }
-  std::string told(const std::string& file) const { return fs::exists(path(file)) ? read_text(path(file)) : ""; }
+  std::string arguments(const std::string& file) const { return fs::exists(path(file)) ? read_text(path(file)) : ""; }
 
   std::string old_path_;
 };
@@ -73,9 +73,9 @@ TEST_F(Farms, AreSubmittedOnceAndWhatIsLeftAgain) {
   Outcome submitted = run(words);
   ASSERT_EQ(submitted.status, 0) << submitted.err;
   EXPECT_EQ(submitted.out, "tasks 101\nmerge 102\n");
-  EXPECT_THAT(told("submitted"), HasSubstr("--array=0-2%2 "));
-  EXPECT_THAT(told("submitted"), HasSubstr("--partition=render --mem=4G " + path("shot.farm/slurm/task.sh")));
-  EXPECT_THAT(told("submitted"), HasSubstr("--dependency=afterok:101 --kill-on-invalid-dep=yes"));
+  EXPECT_THAT(arguments("submitted"), HasSubstr("--array=0-2%2 "));
+  EXPECT_THAT(arguments("submitted"), HasSubstr("--partition=render --mem=4G " + path("shot.farm/slurm/task.sh")));
+  EXPECT_THAT(arguments("submitted"), HasSubstr("--dependency=afterok:101 --kill-on-invalid-dep=yes"));
 
   write_text(path("queue"), "101\n");
   submitted = run(words);
@@ -87,7 +87,7 @@ TEST_F(Farms, AreSubmittedOnceAndWhatIsLeftAgain) {
   ASSERT_EQ(task(1).status, 0);
   submitted = run(words);
   EXPECT_THAT(submitted.out, HasSubstr("tasks 103"));
-  EXPECT_THAT(told("submitted"), HasSubstr("--array=0,2%2 "));
+  EXPECT_THAT(arguments("submitted"), HasSubstr("--array=0,2%2 "));
   EXPECT_EQ(status()["done"], 1);
   EXPECT_EQ(status()["tasks"][1]["pictures"], 2);
 }
@@ -100,10 +100,10 @@ TEST_F(Farms, OfOtherSettingsAreRefusedByName) {
   const Outcome many = run({"farm", path("scene.json"), "-o", path("out/####.exr"), "--frames", "1-24", "--submit",
                             "slurm", "--folder", path("many.farm")});
   EXPECT_EQ(many.status, 0) << many.err;  // Slurm numbers the tasks of an array from 0 to 19 here: two arrays
-  EXPECT_THAT(told("submitted"), HasSubstr("--array=0-19 "));
-  EXPECT_THAT(told("submitted"), HasSubstr("--array=0-3 "));
-  EXPECT_THAT(told("submitted"), HasSubstr("slurm/task.sh 20\n"));
-  EXPECT_THAT(told("submitted"), HasSubstr("--dependency=afterok:101:102 "));
+  EXPECT_THAT(arguments("submitted"), HasSubstr("--array=0-19 "));
+  EXPECT_THAT(arguments("submitted"), HasSubstr("--array=0-3 "));
+  EXPECT_THAT(arguments("submitted"), HasSubstr("slurm/task.sh 20\n"));
+  EXPECT_THAT(arguments("submitted"), HasSubstr("--dependency=afterok:101:102 "));
 }
 
 TEST_F(Farms, WrongWordsAreRefusedBeforeAnythingIsSubmitted) {
@@ -121,7 +121,7 @@ TEST_F(Farms, WrongWordsAreRefusedBeforeAnythingIsSubmitted) {
   }
   EXPECT_EQ(run({"farm", path("scene.json"), "-o", path("out/a.exr"), "--frames", "1-2"}).status, 2);
   EXPECT_EQ(run({"farm", "-o", path("out/a.exr")}).status, 2);
-  EXPECT_THAT(told("submitted"), IsEmpty());
+  EXPECT_THAT(arguments("submitted"), IsEmpty());
 }
 
 TEST_F(Farms, OfFramesEndWithPicturesAndOneTable) {
@@ -156,9 +156,9 @@ TEST_F(Farms, OfFramesEndWithPicturesAndOneTable) {
 
 TEST_F(Farms, TheFirstFrameCalibratesForAll) {
   ASSERT_EQ(run(farm({"--frames", "1-3", "--calibrate-first", "--submit", "slurm"})).status, 0);
-  EXPECT_THAT(told("submitted"), HasSubstr("--array=0 "));
-  EXPECT_THAT(told("submitted"), HasSubstr("--dependency=afterok:101 --kill-on-invalid-dep=yes --array=1-2 "));
-  EXPECT_THAT(told("submitted"), HasSubstr("--dependency=afterok:102 "));
+  EXPECT_THAT(arguments("submitted"), HasSubstr("--array=0 "));
+  EXPECT_THAT(arguments("submitted"), HasSubstr("--dependency=afterok:101 --kill-on-invalid-dep=yes --array=1-2 "));
+  EXPECT_THAT(arguments("submitted"), HasSubstr("--dependency=afterok:102 "));
   ASSERT_EQ(task(0).status, 0);
   ASSERT_TRUE(fs::exists(path("hair.cache")));
   ASSERT_EQ(task(1).status, 0);
@@ -267,20 +267,20 @@ TEST_F(Farms, TheScriptPutsATaskBackIntoTheQueue) {
   const Outcome done = ended("echo \"$*\"", "0");
   EXPECT_EQ(done.status, 0) << done.err;
   EXPECT_EQ(done.out, "farm run " + path("shot.farm") + " --task 3\n");
-  EXPECT_THAT(told("controlled"), IsEmpty());
+  EXPECT_THAT(arguments("controlled"), IsEmpty());
   EXPECT_EQ(ended("exit 75", "9").status, 75);
-  EXPECT_THAT(told("controlled"), HasSubstr("requeue 77_3")) << "the program has counted";
+  EXPECT_THAT(arguments("controlled"), HasSubstr("requeue 77_3")) << "the program has counted";
   EXPECT_EQ(ended("kill -9 $$", "1").status, 137);
-  EXPECT_THAT(told("controlled"), HasSubstr("requeue 77_3"));
+  EXPECT_THAT(arguments("controlled"), HasSubstr("requeue 77_3"));
   EXPECT_EQ(ended("kill -9 $$", "2").status, 137);
-  EXPECT_THAT(told("controlled"), IsEmpty()) << "as often as it may";
+  EXPECT_THAT(arguments("controlled"), IsEmpty()) << "as often as it may";
   EXPECT_EQ(ended("exit 1", "0").status, 1);
-  EXPECT_THAT(told("controlled"), IsEmpty());
+  EXPECT_THAT(arguments("controlled"), IsEmpty());
   // Slurm's warning before the limit of time: the program saves and ends, and the task goes on later.
   EXPECT_EQ(ended("trap 'exit 143' TERM; kill -USR1 $PPID; while :; do :; done", "9").status, 143);
-  EXPECT_THAT(told("controlled"), HasSubstr("requeue 77_3"));
+  EXPECT_THAT(arguments("controlled"), HasSubstr("requeue 77_3"));
   EXPECT_EQ(ended("trap 'exit 143' TERM; kill -TERM $PPID; while :; do :; done", "0").status, 143);
-  EXPECT_THAT(told("controlled"), IsEmpty()) << "somebody has cancelled it";
+  EXPECT_THAT(arguments("controlled"), IsEmpty()) << "somebody has cancelled it";
 }
 
 TEST_F(Farms, LocalAndOpenJdFilesAreWhatTheySay) {
@@ -293,10 +293,10 @@ TEST_F(Farms, LocalAndOpenJdFilesAreWhatTheySay) {
   EXPECT_EQ(Process(folder_, {path("shot.farm/local.sh")}, "/bin/sh").wait().status, 0);
   EXPECT_EQ(run({"farm", "status", path("shot.farm")}).status, 0);
   EXPECT_EQ(Process(folder_, {path("shot.farm/slurm/submit.sh")}, "/bin/bash").wait().status, 0);
-  EXPECT_THAT(told("submitted"), HasSubstr("--dependency=afterok:101"));
+  EXPECT_THAT(arguments("submitted"), HasSubstr("--dependency=afterok:101"));
 }
 
-TEST_F(Farms, ProgressIsToldAsOpenJdReadsIt) {
+TEST_F(Farms, ProgressIsPrintedAsOpenJdReadsIt) {
   const Outcome outcome = run({"render", path("scene.json"), "-o", path("out/####.exr"), "--frames", "1-2",
                                "--progress", "openjd", "--spp", "4"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;

@@ -1,5 +1,5 @@
 // Full disks, folders and readers that go, closed streams, signals, want of memory: nothing that was saved is lost,
-// nothing is half written, the reason is told.
+// nothing is half written, the reason is reported.
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
@@ -59,7 +59,7 @@ class Faults : public CommandTest {
     std::sort(names.begin(), names.end());
     return names;
   }
-  /// A render that would not end, once it has told a pass.
+  /// A render that would not end, once it has reported a pass.
   Process started(const std::string& picture, const std::vector<std::string>& more) const {
     std::vector<std::string> arguments = render(picture, more);
     arguments.insert(arguments.end(), {"--spp", "1000000", "--telemetry", path("run.jsonl")});
@@ -71,7 +71,7 @@ class Faults : public CommandTest {
   }
 };
 
-TEST_F(Faults, PathsThatOverflowAreLeftOutAndToldAndThePictureIsSaved) {
+TEST_F(Faults, PathsThatOverflowAreLeftOutAndReportedAndThePictureIsSaved) {
   write_text(path("scene.json"), R"({
     "camera": {"frame": true},
     "image": {"width": 24, "height": 32, "samples": 4},
@@ -134,7 +134,7 @@ TEST_F(Faults, ResultsThatFindNoRoomAreAnError) {
   }
 }
 
-TEST_F(Faults, AFullDiskLeavesTheOldFilesAndIsTold) {
+TEST_F(Faults, AFullDiskLeavesTheOldFilesAndIsReported) {
   const std::vector<std::string> command = render(path("out/a.exr"), {"--warm-cache", path("out/t.cache"), "--heatmap",
                                                                       path("out/h.exr"), "--model", "elliptical"});
   ASSERT_EQ(run(command).status, 0);
@@ -185,7 +185,7 @@ TEST_F(Faults, APictureThatIsSavedElsewhereReplacesNothingThere) {
   EXPECT_TRUE(image::read_exr(path("a-2.exr"))) << outcome.err;
 }
 
-TEST_F(Faults, WhatAKilledRenderLeftIsRemovedAndTold) {
+TEST_F(Faults, WhatAKilledRenderLeftIsRemovedAndLogged) {
   const fs::file_time_type hour_ago = fs::file_time_type::clock::now() - std::chrono::hours(1);
   const std::vector<std::string> left{"a.exr.tmp-12-0", "a.png.tmp-12-1", "h.exr.tmp-12-2", "t.cache.tmp-12-3"};
   for (const std::string& name : left) {
@@ -234,24 +234,24 @@ TEST_F(Faults, NamesWithLinesAndOtherAlphabetsAreNames) {
 
 #ifndef TRESS_ADDRESS_SANITIZER  // which needs more address space than that
 // From too little for Embree to begin with to enough: a reason and status 1, or a picture; never a signal.
-TEST_F(Faults, WantOfMemoryIsToldAndLosesNothing) {
+TEST_F(Faults, WantOfMemoryIsReportedAndLosesNothing) {
   const std::vector<std::string> command =
       render(path("out/a.exr"), {"--warm-cache", path("out/t.cache"), "--telemetry", path("a.jsonl")});
   ASSERT_EQ(run(command).status, 0);
   const std::string cache = read_text(path("out/t.cache")), picture = read_text(path("out/a.exr"));
-  int told = 0;
+  int reported = 0;
   for (const int megabytes : {80, 120, 180, 240, 280}) {
     const Outcome outcome = run_in_shell("ulimit -v " + std::to_string(megabytes * 1000) + "; exec \"$@\"", command);
     if (outcome.status == 127) continue;  // the loader found no room for the libraries
     ASSERT_TRUE(outcome.status == 0 || outcome.status == 1) << megabytes << " MB: " << outcome.status << outcome.err;
     if (outcome.status == 0) continue;
-    ++told;
+    ++reported;
     // oneTBB has its own words for a thread without room for its stack.
     EXPECT_THAT(outcome.err, AnyOf(HasSubstr("memory"), HasSubstr("pthread_create"))) << megabytes;
     EXPECT_EQ(read_text(path("out/t.cache")), cache);
     EXPECT_EQ(read_text(path("out/a.exr")), picture);
   }
-  EXPECT_GT(told, 0);
+  EXPECT_GT(reported, 0);
 }
 #endif
 

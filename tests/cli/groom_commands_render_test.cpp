@@ -201,9 +201,9 @@ TEST_F(GroomCommands, InfoSaysWhatIsInAFileAndWhatIsNotUsed) {
 
 TEST_F(GroomCommands, WhatIsNotUsedIsAnErrorUnderStrict) {
   const std::string nan = fault("nan.usda");
-  const Outcome told = run({"info", nan});
-  EXPECT_EQ(told.status, 0);
-  EXPECT_THAT(told.out, HasSubstr("not used  /h: 1 of 2 strands"));
+  const Outcome info = run({"info", nan});
+  EXPECT_EQ(info.status, 0);
+  EXPECT_THAT(info.out, HasSubstr("not used  /h: 1 of 2 strands"));
   for (const std::vector<std::string>& command :
        {std::vector<std::string>{"info", nan, "--strict"}, {"render", nan, "-o", path("a.exr"), "--strict"}}) {
     const Outcome refused = run(command);

@@ -44,11 +44,11 @@ TEST(HairWords, BlursOfOneRoughnessAreOneHair) {
   EXPECT_FLOAT_EQ(static_cast<float>(all[0].error_max), 0.009f);
   EXPECT_EQ(words(all[1].parameters), "eta 1.55, eccentricity 0.85, roughness 0.5");
   EXPECT_THAT(all[1].lobes, ElementsAre("TT", "TRRT"));
-  // One lobe alone tells a blur, not what it came from.
+  // One lobe alone has a blur, not what it came from.
   EXPECT_EQ(words(all[2].parameters), "eta 1.55, eccentricity 0.75, blur 17.189 degrees");
 }
 
-TEST(HairWords, TellsWhatTwoSlicesDifferInAndWhichIsNearest) {
+TEST(HairWords, NamesWhatTwoSlicesDifferInAndWhichIsNearest) {
   const auto here = slice(1, 0.75f, 0.2f);
   const std::vector<adaptive::SliceDescription> among{slice(1, 0.85f, 0.3f), slice(2, 0.75f, 0.2f),
                                                       slice(1, 0.9f, 0.2f), slice(1, 0.8f, 0.2f)};
@@ -72,7 +72,7 @@ TEST(HairWords, TellsWhatTwoSlicesDifferInAndWhichIsNearest) {
   EXPECT_EQ(lobe_word(with), "rough");
 }
 
-TEST(HairWords, ABlurAtALimitTellsNoRoughness) {
+TEST(HairWords, ABlurAtALimitHasNoRoughness) {
   EXPECT_FALSE(roughness_of_blur(slice(3, 0.85f, 0.5f)));
   EXPECT_FALSE(roughness_of_blur(fiber::elliptical_slice(1, 1.55f, 0.85f, 0.06981317f)));
   EXPECT_EQ(roughness_of_blur(slice(2, 0.85f, 0.25f)), 0.25);

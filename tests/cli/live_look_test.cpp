@@ -16,7 +16,7 @@ std::vector<std::string> names(const cli::RenderSettings& settings, const scene:
   return found;
 }
 
-/// A slider that moves nothing is none: the widths and the shape of a node's fiber are the node's.
+/// A slider that would move nothing is not shown: the widths and the shape of a node's fiber are the node's.
 TEST(LiveLook, OffersTheSlidersThatDoSomethingToTheHair) {
   scene::Scene scene;
   scene.materials.resize(2);
@@ -27,7 +27,7 @@ TEST(LiveLook, OffersTheSlidersThatDoSomethingToTheHair) {
   EXPECT_THAT(names({}, scene), ElementsAre("melanin", "tilt", "lights"));
 }
 
-TEST(LiveLook, OffersNoneBesideFilesThatTellOfOnePicture) {
+TEST(LiveLook, OffersNoneBesideFilesThatDescribeOnePicture) {
   scene::Scene scene;
   scene.materials.resize(1);
   cli::RenderSettings settings;

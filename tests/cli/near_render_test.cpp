@@ -156,8 +156,8 @@ TEST_F(TouchingFibers, AreTheSameForAnyNumberOfThreads) {
               HasSubstr("fibers touch, where rows are too dark: --near touching traces them"));
 }
 
-// A column is the mean of 8,192 samples of the truth, by 256 x 32 of ours; told noise of a pixel of 256 samples is 0.1
-// to 0.2, so that a column is off by 0.02 to 0.04. A row, which is the mean over the width, is off by 0.3 and more.
+// A column is the mean of 8,192 samples of the truth, by 256 x 32 of ours; reported noise of a pixel of 256 samples is
+// 0.1 to 0.2, so that a column is off by 0.02 to 0.04. A row, which is the mean over the width, is off by 0.3 and more.
 TEST_F(Near, AWideFiberHasThePatternOfTheTracedOne) {
   const std::vector<double> truth = profile({"--model", "fiber3d"});
   EXPECT_LT(relative_l2(profile({}), truth), 0.1);

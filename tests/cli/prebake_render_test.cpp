@@ -69,10 +69,10 @@ TEST_F(Prebake, AnswersEveryQueryOfAFrozenRenderAndGivesTheSameMean) {
       difference += d;
       squares += d * d;
     }
-    // Pixels are independent of each other, so their differences tell the error of the mean: four of those (one seed;
+    // Pixels are independent of each other, so their differences give the error of the mean: four of those (one seed;
     // false alarm 2e-4 for the three channels), and 0.2 % for the fits, as measured of `fitted` against `exact`.
     const double error = std::sqrt((squares / n - difference * difference / (n * n)) / n);
-    EXPECT_GT(sum / n, 20 * error) << "too noisy to tell anything";
+    EXPECT_GT(sum / n, 20 * error) << "too noisy to show anything";
     EXPECT_NEAR(difference / n, 0, 4 * error + 0.002 * sum / n) << name;
   }
 }
@@ -85,7 +85,7 @@ TEST_F(Prebake, IsTheSameFileForAnyNumberOfThreads) {
   EXPECT_EQ(read_text(path("1.cache")), read_text(path("8.cache")));
 }
 
-TEST_F(Prebake, TellsWhenTheTableIsFull) {
+TEST_F(Prebake, ReportsWhenTheTableIsFull) {
   const Outcome baked = bake("small.cache", {"--table-memory", ".02"});
   EXPECT_EQ(baked.status, 0);
   EXPECT_THAT(baked.err, HasSubstr("--table-memory"));

@@ -155,7 +155,7 @@ TEST_F(Render, EachCacheModeDoesWhatItSays) {
   EXPECT_EQ(summary("d.jsonl").at("warm_cache").at("saved"), "saved");
 }
 
-TEST_F(Render, ATruncatedCacheIsToldLeftAloneAndRenderedWithout) {
+TEST_F(Render, ATruncatedCacheIsReportedLeftAloneAndRenderedWithout) {
   const std::string cache = path("t.cache");
   render_well("cold.exr", {"--warm-cache", cache});
   const std::string broken = read_text(cache).substr(0, fs::file_size(cache) - 5);
@@ -334,7 +334,7 @@ TEST_F(Render, LayersAndBitsAreChosenAndExposureIsOfThePreview) {
   EXPECT_EQ(half->find("R")->pixels, image::read_exr(path("film.exr"))->find("R")->pixels) << "nor is the view";
 }
 
-TEST_F(Render, AHeatMapTellsWhatPixelsCostAndLeavesThePictureAsItIs) {
+TEST_F(Render, AHeatMapShowsWhatPixelsCostAndLeavesThePictureAsItIs) {
   // Without rows, so that vertices are traced.
   render_well("plain.exr", {"--precision", "float", "--table-memory", "0"});
   render_well("a.exr", {"--heatmap", path("heat.exr"), "--precision", "float", "--table-memory", "0"});
@@ -400,7 +400,7 @@ TEST_F(Render, WhatCannotBeWrittenIsFoundBeforeRendering) {
   EXPECT_EQ(render("folder.exr", {"--spp", "1000000"}).status, 1);
 }
 
-TEST_F(Render, TelemetryOfRowsTellsEachChangedRow) {
+TEST_F(Render, TelemetryOfRowsListsEachChangedRow) {
   render_well("a.exr", {"--telemetry", path("a.jsonl"), "--telemetry-level", "rows", "--spp", "4"});
   const auto lines = telemetry_lines(path("a.jsonl"), "row");
   ASSERT_GT(lines.size(), 40u) << "coarse rows before the first pass, and what came of them";

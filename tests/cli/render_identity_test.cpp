@@ -1,4 +1,4 @@
-// What a render is told apart by: values of the scene as they are, and the content of the files that it names.
+// What distinguishes a render: values of the scene as they are, and the content of the files that it names.
 #include "cli/render_identity.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // --model rough against --model fiber3d, the same scene and the same paths: before its rows have converged it is the
-// truth, after that it is off by no more than telemetry tells.
+// truth, after that it is off by no more than telemetry reports.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -40,12 +40,12 @@ class Rough : public CommandTest {
     EXPECT_TRUE(picture);
     return picture ? std::move(*picture) : image::Picture();
   }
-  double told(const std::string& name, const char* field) const {
+  double reported(const std::string& name, const char* field) const {
     return telemetry_lines(path(name + ".jsonl"), "summary").at(0).at(field).get<double>();
   }
 
   /// Means of R, G, B: within z standard errors and the bound, both relative to the mean. Pixels are independent of
-  /// each other, so their differences tell the error of the mean.
+  /// each other, so their differences give the error of the mean.
   static void expect_means(const image::Picture& truth, const image::Picture& found, double z, double bound) {
     for (const char* name : {"R", "G", "B"}) {
       const std::vector<float>&x = truth.find(name)->pixels, &y = found.find(name)->pixels;
@@ -58,7 +58,7 @@ class Rough : public CommandTest {
         squares += d * d;
       }
       const double error = std::sqrt((squares / n - difference * difference / (n * n)) / n);
-      EXPECT_GT(sum / n, 50 * error) << "too noisy to tell anything";
+      EXPECT_GT(sum / n, 50 * error) << "too noisy to show anything";
       EXPECT_NEAR(difference / n, 0, z * error + bound * sum / n) << name;
       std::printf("%s: %+.4f of the mean, standard error %.4f, bound %.4f\n", name, difference / sum, error * n / sum,
                   bound);
@@ -85,17 +85,17 @@ TEST_F(Rough, IsUnbiasedWhereNoRowHasConverged) {
 }
 
 // A coarse epsilon, so that there is something to be seen: three standard errors (false alarm 8e-3 over three channels;
-// one seed) and what telemetry tells. Cold, where most light still comes from traced events, and by its table alone.
-TEST_F(Rough, IsWithinTheBoundThatItTells) {
+// one seed) and what telemetry reports. Cold, where most light still comes from traced events, and by its table alone.
+TEST_F(Rough, IsWithinTheBoundThatItReports) {
   const image::Picture truth = rendered("truth", {"--model", "fiber3d", "--spp", "256"});
   const std::vector<std::string> coarse{"--model", "rough", "--epsilon", "0.3", "--warm-cache", path("t.cache")};
   std::vector<std::string> cold = coarse, warm = coarse;
   cold.insert(cold.end(), {"--telemetry", path("cold.jsonl"), "--seed", "1"});
   warm.insert(warm.end(), {"--telemetry", path("warm.jsonl"), "--seed", "2", "--cache-mode", "frozen"});
   const image::Picture first = rendered("cold", cold), second = rendered("warm", warm);
-  EXPECT_GT(told("cold", "bias_bound"), 0);
-  expect_means(truth, first, 3, told("cold", "bias_bound"));
-  expect_means(truth, second, 3, told("cold", "bias_bound"));
+  EXPECT_GT(reported("cold", "bias_bound"), 0);
+  expect_means(truth, first, 3, reported("cold", "bias_bound"));
+  expect_means(truth, second, 3, reported("cold", "bias_bound"));
   // The bound is of the worst light. Measured of this one, by 3 x 512 samples a pixel: 0.03 too bright at this epsilon,
   // 0.015 at the default, 0.01 at 0.015.
   expect_means(truth, second, 3, 0.03);

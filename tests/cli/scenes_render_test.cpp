@@ -1,4 +1,5 @@
-// Every scene of the project, as a thumbnail: it renders, is finite and shows hair; a furnace has the answer it tells.
+// Every scene of the project, as a thumbnail: it renders, is finite and shows hair; a furnace has the answer that it
+// expects.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -84,12 +85,12 @@ TEST_F(Scenes, RenderFiniteAndNotEmpty) {
 // the rows that they share; three channels at 5 standard errors fail one run in 600,000 for another seed, which is
 // fixed. What the fits and the end of paths may be off by is below the 0.004 granted (epsilon 0.01 biases by up to
 // 0.002).
-TEST_F(Scenes, HaveTheRadianceTheyTell) {
-  int told = 0;
+TEST_F(Scenes, HaveTheRadianceTheyExpect) {
+  int tested = 0;
   for (const fs::path& scene : scene_files()) {
     const auto json = nlohmann::json::parse(read_text(scene));
     if (!json.contains("expected")) continue;
-    ++told;
+    ++tested;
     const auto expected = json.at("expected").at("radiance").get<std::array<double, 3>>();
     const image::Picture picture = thumbnail(scene, "16");
     for (std::size_t c = 0; c < 3; ++c) {
@@ -103,7 +104,7 @@ TEST_F(Scenes, HaveTheRadianceTheyTell) {
       EXPECT_LT(error, 0.02) << scene;
     }
   }
-  EXPECT_GE(told, 1);
+  EXPECT_GE(tested, 1);
 }
 
 }  // namespace

@@ -15,14 +15,14 @@ class Soak : public CommandTest {
  protected:
   static constexpr int renders = 12;
 
-  struct Told {
+  struct Rendered {
     std::vector<std::string> caches;  ///< bytes of the file after each render
     std::vector<std::vector<float>> beauty;
     std::vector<double> g_share;
   };
 
-  Told render_all(const std::string& name, const std::array<int, 3>& threads) const {
-    Told told;
+  Rendered render_all(const std::string& name, const std::array<int, 3>& threads) const {
+    Rendered rendered;
     const std::string cache = path(name + ".cache");
     for (int i = 0; i < renders; ++i) {
       const std::string picture = path(name + ".exr"), telemetry = path(name + ".jsonl");
@@ -49,17 +49,17 @@ class Soak : public CommandTest {
                                    "--threads",
                                    std::to_string(threads[static_cast<std::size_t>(i) % threads.size()])});
       EXPECT_EQ(outcome.status, 0) << outcome.err;
-      told.caches.push_back(read_text(cache));
+      rendered.caches.push_back(read_text(cache));
       const Result<image::Picture> read = image::read_exr(picture);
       if (!read) {
         ADD_FAILURE() << read.error().message();
-        return told;
+        return rendered;
       }
-      told.beauty.push_back(read->find("G")->pixels);
+      rendered.beauty.push_back(read->find("G")->pixels);
       const nlohmann::json summary = telemetry_lines(telemetry, "summary").at(0);
-      told.g_share.push_back(summary.at("exact_queries").get<double>() / summary.at("queries").get<double>());
+      rendered.g_share.push_back(summary.at("exact_queries").get<double>() / summary.at("queries").get<double>());
     }
-    return told;
+    return rendered;
   }
 };
 
@@ -72,7 +72,7 @@ TEST_F(Soak, TwelveRendersOnOneCacheAreTheSameToTheByteWithOtherThreads) {
     "materials": [{"name": "hair", "roughness": 0.3}],
     "grooms": [{"generate": "curly_lock", "strands": 100, "radius_cm": 0.08, "material": "hair"}]
   })");
-  const Told one = render_all("one", {1, 1, 1}), other = render_all("other", {8, 2, 1});
+  const Rendered one = render_all("one", {1, 1, 1}), other = render_all("other", {8, 2, 1});
   ASSERT_EQ(one.caches.size(), other.caches.size());
   for (std::size_t i = 0; i < one.caches.size(); ++i) {
     EXPECT_TRUE(one.caches[i] == other.caches[i]) << "cache after render " << i;

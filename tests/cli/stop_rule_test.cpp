@@ -30,7 +30,7 @@ integrate::PassProgress after(int pass, double noise = 0) {
 
 std::string reason(const Outlook& outlook) { return outlook.reason == nullptr ? "" : outlook.reason; }
 
-/// What is told after this pass, all before it having been told.
+/// The outlook after this pass, once all passes before it were passed in.
 Outlook outlook(const StopRule& rule, const integrate::PassProgress& pass, double elapsed) {
   Forecast forecast(rule);
   for (int earlier = 0; earlier < pass.pass; ++earlier) forecast.after(after(earlier, pass.noise), 0);
@@ -64,7 +64,7 @@ TEST(StopRule, noise_ends_when_reached_or_after_the_most_samples) {
   const StopRule rule{std::nullopt, 0.01};
   EXPECT_EQ(reason(outlook(rule, after(10, 0.011), 20)), "");
   EXPECT_EQ(reason(outlook(rule, after(10, 0.01), 20)), "noise");
-  EXPECT_EQ(reason(outlook(rule, after(5, 0.001), 20)), "") << "3 samples tell little of a variance";
+  EXPECT_EQ(reason(outlook(rule, after(5, 0.001), 20)), "") << "3 samples say little of a variance";
   EXPECT_EQ(reason(outlook(rule, after(6, 0.001), 20)), "noise");
   EXPECT_EQ(reason(outlook(rule, after(102, 1), 20)), "samples");
   // Twice the noise asked for: four times the samples, three quarters left of 8 samples of 2 s each.
@@ -88,13 +88,13 @@ const std::vector<Recorded> recorded{
     {"wavy", 40000, {0.37, 0.8,  2.53, 5.28, 4.6,  3.32, 3.16, 2.89, 2.77, 2.7,  2.74, 2.68, 2.56, 2.29,
                      2.95, 3.02, 3.49, 3.22, 3.49, 3.7,  4.15, 3.95, 4.04, 3.84, 3.86, 4.15, 3.97}}};
 
-TEST(StopRule, the_time_left_is_told_within_a_factor_of_two_or_not_at_all) {
+TEST(StopRule, the_time_left_is_shown_within_a_factor_of_two_or_not_at_all) {
   const double share[] = {1.0 / 64, 1.0 / 16, 1.0 / 4, 43.0 / 64};
   for (const Recorded& render : recorded) {
     double whole = 0, elapsed = 0, paths = 0;
     for (const double seconds : render.seconds) whole += seconds;
     Forecast forecast({});
-    double told_from = 1;
+    double shown_from = 1;
     for (std::size_t i = 0; i + 1 < render.seconds.size(); ++i) {
       integrate::PassProgress pass;
       pass.pass = static_cast<int>(i);
@@ -108,11 +108,11 @@ TEST(StopRule, the_time_left_is_told_within_a_factor_of_two_or_not_at_all) {
       elapsed += render.seconds[i];
       const Outlook ahead = forecast.after(pass, elapsed);
       if (!ahead.seconds_left) continue;
-      told_from = std::min(told_from, elapsed / whole);
+      shown_from = std::min(shown_from, elapsed / whole);
       EXPECT_LT(*ahead.seconds_left, 2 * (whole - elapsed)) << render.scene << ", pass " << i;
       EXPECT_GT(*ahead.seconds_left, (whole - elapsed) / 2) << render.scene << ", pass " << i;
     }
-    EXPECT_LT(told_from, 0.3) << render.scene << ": told too late to be of use";
+    EXPECT_LT(shown_from, 0.3) << render.scene << ": shown too late to be of use";
   }
 }
 

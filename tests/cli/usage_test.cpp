@@ -82,7 +82,7 @@ TEST_F(Usage, HelpIsACommandToo) {
   expect_wrong({"help", "render", "more"}, "has no commands");
 }
 
-TEST_F(Usage, VersionTellsTheCommitTheFormatsAndTheLibraries) {
+TEST_F(Usage, VersionPrintsTheCommitTheFormatsAndTheLibraries) {
   const Outcome outcome = run({"--version"});
   EXPECT_EQ(outcome.status, 0);
   EXPECT_TRUE(outcome.out.starts_with(std::string("tress ") + version())) << outcome.out;
@@ -96,7 +96,7 @@ TEST_F(Usage, VersionTellsTheCommitTheFormatsAndTheLibraries) {
   }
 }
 
-/// The long and short options that --help tells of a command.
+/// The long and short options that --help lists of a command.
 std::set<std::string> options_in(const std::string& help) {
   std::set<std::string> options;
   const std::regex head(R"(^  (-[^ ]*))");
@@ -118,7 +118,7 @@ TEST_F(Usage, EveryOptionIsInTheManualAndInTheCompletions) {
     if (command.empty()) continue;
     std::vector<std::string> help{"help"}, asked{"help"};
     for (const std::string& word : command) help.push_back(word);
-    const std::string told = run(help).out;
+    const std::string printed = run(help).out;
     asked.push_back(command[0]);
     asked.emplace_back("--man");
     const std::string page = run(asked).out;
@@ -135,7 +135,7 @@ TEST_F(Usage, EveryOptionIsInTheManualAndInTheCompletions) {
     const std::string offered = Process(folder_, {"-c", ask}, "/bin/bash").wait().out;
     const std::size_t begin = zsh.find("\n" + name + "() {"), end = zsh.find("\n}\n", begin);
     ASSERT_NE(begin, std::string::npos) << name;
-    for (const std::string& option : options_in(told)) {
+    for (const std::string& option : options_in(printed)) {
       ++options;
       std::string typed;
       for (const char c : option) typed += c == '-' ? "\\-" : std::string(1, c);
@@ -156,8 +156,9 @@ TEST_F(Usage, CompletionOffersTheWordsOfAnOption) {
 }
 
 TEST_F(Usage, EpsilonOfRowsOfSamplesIsTheLibrarys) {
-  const std::string told = fmt::format("chi-square, and {:g} without the option", adaptive::Options{}.sampled_epsilon);
-  EXPECT_THAT(std::string(scene::option_parameter("--epsilon").sentence), HasSubstr(told));
+  const std::string expected =
+      fmt::format("chi-square, and {:g} without the option", adaptive::Options{}.sampled_epsilon);
+  EXPECT_THAT(std::string(scene::option_parameter("--epsilon").sentence), HasSubstr(expected));
 }
 
 TEST_F(Usage, AWrongOptionNamesTheNearest) {
@@ -186,7 +187,7 @@ TEST_F(Usage, WhatIsInTheLaboratoryIsAnsweredWithItsProgram) {
                  "found " + std::string(learner) + ", which is in tress-lab (");
 }
 
-TEST_F(Usage, LayersAreNamedOrTheNearestIsTold) {
+TEST_F(Usage, LayersAreNamedOrTheNearestIsNamed) {
   expect_wrong({"render", "a.json", "-o", "a.exr", "--layers", "albedo,tangents"}, "found tangents (nearest: tangent)");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--layers", "albedo,"}, "--layers: expected all, beauty or layers");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--layers", "all,halves"}, "found halves (nearest: half)");

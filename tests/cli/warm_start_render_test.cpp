@@ -88,15 +88,15 @@ TEST_F(WarmStart, CountsTheQueriesThatAFrozenRenderMakes) {
       EXPECT_EQ(share, 1) << "coarse rows answer what has no row";
     }
     EXPECT_EQ(start, warm_start(cache, {"--model", model, "--threads", "1"})) << "the same for any number of threads";
-    std::uint64_t asked = 0, cold = 0, told = 0;
+    std::uint64_t asked = 0, cold = 0, explained = 0;
     for (const Json& slice : start.at("slices")) {
       asked += slice.at("share").at("queries").get<std::uint64_t>();
       cold += slice.at("rows").at("asked").get<std::uint64_t>() - slice.at("rows").at("answering").get<std::uint64_t>();
-      for (const auto& [why, rows] : slice.at("missing").items()) told += rows.get<std::uint64_t>();
+      for (const auto& [why, rows] : slice.at("missing").items()) explained += rows.get<std::uint64_t>();
       for (const Json& row : slice.at("missing_rows")) EXPECT_TRUE(row.contains("angles"));
     }
     EXPECT_EQ(asked, start.at("share").at("queries").get<std::uint64_t>());
-    EXPECT_EQ(cold, told) << "each row that is missing has a reason";
+    EXPECT_EQ(cold, explained) << "each row that is missing has a reason";
   }
 }
 

@@ -71,7 +71,7 @@ float columns(int x, int) { return x % 4 < 2 ? 1.0f : 0.4f; }
 float rows(int x, int y) { return columns(y, x); }
 float checkers(int x, int y) { return (x + y) % 2 == 0 ? 1.0f : 0.2f; }
 
-TEST(HalfFilter, TakesNoiseAlongStrandsAndTellsWhatIsLeft) {
+TEST(HalfFilter, TakesNoiseAlongStrandsAndReportsWhatIsLeft) {
   const image::Picture noisy = picture_of(columns, 0.4f);
   const Result<Denoised> found = denoise(noisy, "a.exr");
   ASSERT_TRUE(found) << found.error().message();
@@ -90,26 +90,27 @@ TEST(HalfFilter, TakesNoiseAlongStrandsAndTellsWhatIsLeft) {
 // Columns that change along their length too, at noise in which their likeness is a guess: there the weights follow
 // noise, which looks like a gain. Without luck_of_weights() the ratios are 0.84 and 0.93. Measured over 40 pictures:
 // 1.006 and 1.002.
-TEST(HalfFilter, TheErrorThatItTellsIsTheErrorThatIsLeft) {
+TEST(HalfFilter, TheErrorThatItReportsIsTheErrorThatIsLeft) {
   const Truth waves = [](int x, int y) {
     return columns(x, y) * (1 + 0.4f * std::sin(0.5f * static_cast<float>(y)) * std::cos(0.3f * static_cast<float>(x)));
   };
   for (const float noise : {0.3f, 0.08f}) {
-    double told = 0, found = 0;
+    double reported = 0, found = 0;
     for (unsigned seed = 1; seed <= 8; ++seed) {
       const image::Picture noisy = picture_of(waves, noise, seed);
       const Result<Denoised> filtered = denoise(noisy, "a.exr");
       ASSERT_TRUE(filtered);
-      told += filtered->error_after;
+      reported += filtered->error_after;
       found += error_of(with_filtered(noisy, *filtered), waves);
     }
-    EXPECT_NEAR(told / found, 1, 0.06) << noise;
+    EXPECT_NEAR(reported / found, 1, 0.06) << noise;
   }
 }
 
 // The spread of 60 pictures is known within 9 %, so 30 % is more than three deviations; the seeds are fixed. Of a
-// corner the estimate is negative in some pictures: told as 0, it would end a render that asks for any noise at all.
-TEST(HalfFilter, KnowsHowWellItTellsAndNeverTellsLess) {
+// corner the estimate is negative in some pictures: reported as 0, it would end a render that asks for any noise at
+// all.
+TEST(HalfFilter, KnowsHowWellItEstimatesAndNeverReportsLess) {
   const Truth flat = [](int, int) { return 0.5f; };
   constexpr unsigned pictures = 60;
   double deviations = 0, sum = 0, squares = 0;
@@ -131,7 +132,7 @@ TEST(HalfFilter, KnowsHowWellItTellsAndNeverTellsLess) {
   EXPECT_GT(negative, 0);
 }
 
-TEST(HalfFilter, TellsOfWhatIsSeenAlone) {
+TEST(HalfFilter, CountsWhatIsSeenAlone) {
   image::Picture noisy = picture_of([](int x, int y) { return x < side / 2 ? columns(x, y) : 0.0f; }, 0.2f);
   const double all = denoise(noisy, "a.exr")->noise();
   noisy.channels.push_back(channel("coverage", [](int x, int) { return x < side / 2 ? 1.0f : 0.0f; }));

@@ -178,7 +178,7 @@ class DeltaTracker {
   static double dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
   double uniform() { return std::uniform_real_distribution<double>()(random_); }
 
-  /// Reflects or refracts at the surface; tells whether light is inside then.
+  /// Reflects or refracts at the surface; returns whether light is inside then.
   bool meet(const Vec& at, Vec& d, bool from_inside) {
     const double e = fiber_.eccentricity, eta = fiber_.eta;
     Vec n{0, at[1], at[2] / (e * e)};

@@ -88,7 +88,7 @@ TEST(RoughPaths, PathsAreTheirOwnOnEveryInstructionSet) {
 }
 
 // A path that is added with its numbers, and a set beside another.
-TEST(RoughPaths, SetsAndIndicesAreTold) {
+TEST(RoughPaths, SetsAndIndicesAreRecorded) {
   const FiberParameters parameters = fibers()[0];
   const fiber::RoughFiber rough(parameters);
   fiber::RoughPaths wave(parameters, rules);

@@ -7,8 +7,8 @@
 
 #include "fuzz/fuzz.h"
 #include "scene/read/assembly.h"
+#include "scene/read/grooms/given_basis.h"
 #include "scene/read/grooms/groom_formats.h"
-#include "scene/read/grooms/told_basis.h"
 
 namespace tress::fuzz {
 

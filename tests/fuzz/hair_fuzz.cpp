@@ -3,8 +3,8 @@
 
 #include "fuzz/fuzz.h"
 #include "scene/read/assembly.h"
+#include "scene/read/grooms/given_basis.h"
 #include "scene/read/grooms/groom_formats.h"
-#include "scene/read/grooms/told_basis.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace tress;

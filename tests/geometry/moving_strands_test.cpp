@@ -173,7 +173,7 @@ TEST_P(Moving, RadiiGoFromMomentToMoment) {
   EXPECT_LE(differ, 8) << "of 4,000: rounding decides where a ray grazes a fiber";
 }
 
-/// The way that a hit tells is that of the place on the strand, from the opening to the closing.
+/// The way that a hit has is that of the place on the strand, from the opening to the closing.
 TEST_P(Moving, AHitKnowsItsWay) {
   Scene scene = curved_scene(GetParam());
   scene.grooms[0].later.clear();

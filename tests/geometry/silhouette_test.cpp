@@ -182,7 +182,7 @@ Exchange exchange(float root_radius_cm, float tip_radius_cm, bool linear) {
 }
 
 /// A camera and a light exchanged. The exact answer is symmetric; only rounding and, where B-splines taper, Embree's
-/// triangles, whose diagonal lies differently seen from either end, may tell the ends apart.
+/// triangles, whose diagonal lies differently seen from either end, may distinguish the ends.
 TEST_P(Silhouette, a_segment_is_blocked_the_same_from_both_ends) {
   const Exchange even = exchange(0.015f, 0.015f, GetParam()), tapered = exchange(0.02f, 0.01f, GetParam());
   for (const Exchange& found : {even, tapered}) {

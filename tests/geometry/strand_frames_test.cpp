@@ -1,4 +1,4 @@
-// Frames along a strand: orthonormal, right-handed, smooth, turned as told.
+// Frames along a strand: orthonormal, right-handed, smooth, turned as given.
 #include "geometry/strand_frames.h"
 
 #include <gtest/gtest.h>

@@ -230,7 +230,7 @@ std::vector<int> decoded(const std::filesystem::path& file, int* channels) {
 // sRGB of 0.5 is 188, of 0.25 137, of 0.18 118. Transparent, a pixel that is half covered by 0.5 (premultiplied 0.25)
 // has the color of what covers it; opaque it has what R, G, B have, or mid-grey behind where the picture has no
 // backdrop.
-TEST(Preview, HasStraightAlphaIfToldAndElseWhatIsBehind) {
+TEST(Preview, HasStraightAlphaIfAskedAndElseWhatIsBehind) {
   Picture picture;
   picture.width = 3;
   picture.height = 1;

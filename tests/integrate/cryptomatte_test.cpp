@@ -131,7 +131,7 @@ TEST(Cryptomatte, CountsOfPartsAddUpToThoseOfOneFilm) {
   }
   EXPECT_EQ(joined.object_counts().bytes(), whole.object_counts().bytes());
 
-  // A part without room may have left out what the parts before it have counted: that is told, of this pixel.
+  // A part without room may have left out what the parts before it have counted: that is reported, of this pixel.
   Film full = film();
   for (std::uint32_t object = 0; object < objects; ++object) full.add(0, 0, met(object));
   EXPECT_EQ(joined.add(full), 1u);

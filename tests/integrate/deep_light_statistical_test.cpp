@@ -1,4 +1,4 @@
-// Learned light in place of deep paths: how far it is off is told, and is what it tells; threads and breaks change
+// Learned light in place of deep paths: how far it is off is reported, and correctly; threads and breaks change
 // nothing.
 //
 // Seeds are fixed; limits are z_limit standard errors (picture_mean.h), a false alarm in 1.6 million comparisons.
@@ -38,9 +38,9 @@ scene::Scene lit_from(float at) {
   return scene;
 }
 
-/// Mean luminance over the samples of all pixels, what of it answers are told to have too much, and their errors.
+/// Mean luminance over the samples of all pixels, the reported excess of answers in it, and their errors.
 struct Measured {
-  Mean light, told, rest;  ///< rest: light without what is told, path by path
+  Mean light, reported, rest;  ///< rest: light without the reported excess, path by path
   double hits = 0;
 };
 
@@ -100,8 +100,8 @@ class DeepLightOfALamp : public testing::Test {
   RenderOptions options_;
 };
 
-// Taught by the lamp that is there, and by one on the other side: what is told is what the picture is off by.
-TEST_F(DeepLightOfALamp, TellsWhatItIsOffBy) {
+// Taught by the lamp that is there, and by one on the other side: the reported error is what the picture is off by.
+TEST_F(DeepLightOfALamp, ReportsWhatItIsOffBy) {
   const scene::Scene scene = lit_from(2);
   RenderOptions plain = options_;
   plain.deep_light = DeepLight::traced;
@@ -124,17 +124,17 @@ TEST_F(DeepLightOfALamp, TellsWhatItIsOffBy) {
         EXPECT_LT(learned.rest.error, 0.03 * truth.light.value);
       }
       EXPECT_LT(learned.hits, truth.hits);
-      // A lamp on the other side is seen in what is told, else nothing was tested.
+      // A lamp on the other side is seen in the reported error, else nothing was tested.
       if (taught_at < 0 && depth == 2 && options_.samples >= 64) {
-        EXPECT_GT(std::abs(learned.told.value), 3 * learned.told.error);
+        EXPECT_GT(std::abs(learned.reported.value), 3 * learned.reported.error);
       }
     }
   }
 }
 
 /// Lossless fibers in a white surround show 1, whatever is learned there, but for the noise of the paths that taught
-/// it, which all pixels share: 0.02 is some seven standard errors of what is told.
-TEST(DeepLight, FurnaceIsNearOneAndTellsHowNear) {
+/// it, which all pixels share: 0.02 is some seven standard errors of the reported value.
+TEST(DeepLight, FurnaceIsNearOneAndReportsHowNear) {
   WhiteFiber model;
   const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
   scene::Scene scene = tangle(400, 48, 48);
@@ -144,13 +144,13 @@ TEST(DeepLight, FurnaceIsNearOneAndTellsHowNear) {
   options.shadow_roulette = false;
   const RenderResult result = render_with(scene, model, fibers, options, 2);
   ASSERT_TRUE(result.deep_light);
-  const DeepLightBias& told = *result.deep_light;
-  std::printf("told %+.4f +- %.4f, found %+.4f\n", told.value, told.error, mean_of(result, "G").value - 1);
-  EXPECT_GT(told.paths, 100u);
+  const DeepLightBias& reported = *result.deep_light;
+  std::printf("reported %+.4f +- %.4f, found %+.4f\n", reported.value, reported.error, mean_of(result, "G").value - 1);
+  EXPECT_GT(reported.paths, 100u);
   for (const char* color : {"R", "G", "B"}) {
     const Mean mean = mean_of(result, color);
     EXPECT_LT(std::abs(mean.value - 1), 0.02 + z_limit * mean.error) << color;
-    EXPECT_LT(std::abs(mean.value - 1 - told.value), z_limit * std::hypot(mean.error, told.error)) << color;
+    EXPECT_LT(std::abs(mean.value - 1 - reported.value), z_limit * std::hypot(mean.error, reported.error)) << color;
   }
 }
 

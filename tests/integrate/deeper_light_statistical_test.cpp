@@ -140,12 +140,12 @@ TEST(LearnedRoulette, FurnaceIsOne) {
   RenderOptions options = long_paths(96, 31);
   options.roulette = Roulette::learned;
   options.shadow_roulette = false;
-  DeeperProgress told;
+  DeeperProgress progress;
   const RenderResult result = render_with(scene, model, fibers, options, 2, never_stop, [&](const PassProgress& pass) {
-    told = pass.deeper;
+    progress = pass.deeper;
     return true;
   });
-  EXPECT_GT(told.copies, 10000u);
+  EXPECT_GT(progress.copies, 10000u);
   for (const char* color : {"R", "G", "B"}) {
     const Mean mean = mean_of(result, color);
     EXPECT_LT(std::abs(mean.value - 1), z_limit * mean.error) << color;

@@ -165,13 +165,13 @@ TEST(LearnedRoulette, GivesTheSameBitsForAnyNumberOfThreads) {
   RenderOptions options;
   options.samples = 10;
   options.seed = 4;
-  DeeperProgress told;
+  DeeperProgress progress;
   const RenderResult one = render_with(scene, model, fibers, options, 1, never_stop, [&](const PassProgress& pass) {
-    told = pass.deeper;
+    progress = pass.deeper;
     return true;
   });
-  EXPECT_GT(told.copies, 1000u);
-  EXPECT_GT(told.bytes, 1000u);
+  EXPECT_GT(progress.copies, 1000u);
+  EXPECT_GT(progress.bytes, 1000u);
   for (const int threads : {2, 5}) {
     const auto difference =
         image::compare(one.picture, render_with(scene, model, fibers, options, threads).picture, "one thread", "more");

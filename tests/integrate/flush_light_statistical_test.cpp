@@ -155,7 +155,7 @@ TEST(FlushLight, a_mesh_before_it_shades_it) {
   }
 }
 
-/// The distances between what is told apart, and what a shadow ray of another light looks like: untouched.
+/// The distances between what is distinguished, and what a shadow ray of another light looks like: untouched.
 TEST(FlushLight, the_bound_is_small_and_of_lights_that_touch_meshes_alone) {
   for (const Place& place : places()) {
     scene::Scene scene = floor_spot(place);

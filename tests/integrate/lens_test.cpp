@@ -198,7 +198,7 @@ TEST(Camera, SeesAVisibleLightWithExactlyItsRadianceFromTheSideThatItShinesTo) {
   for (const bool transparent : {false, true}) {
     scene.image.transparent = transparent;
     scene.lights = {card(5, radiance)};  // behind the hair, all over the picture
-    EXPECT_EQ(result_of(scene).picture.find("emission.R"), nullptr) << "a light is not seen unless told";
+    EXPECT_EQ(result_of(scene).picture.find("emission.R"), nullptr) << "a light is not seen by default";
     scene.lights[0].visible = true;
     const RenderResult behind = result_of(scene);
     for (std::size_t i = 0; i < 24 * 24; ++i) {

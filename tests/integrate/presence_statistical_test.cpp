@@ -11,7 +11,7 @@
 namespace tress::integrate {
 namespace {
 
-/// One strand along x through (0, 0, z), as wide as told.
+/// One strand along x through (0, 0, z), of the given width.
 scene::Groom strand_along_x(float z, float radius_cm) {
   scene::Groom groom;
   groom.basis = scene::StrandBasis::linear;

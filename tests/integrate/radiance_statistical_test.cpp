@@ -123,7 +123,7 @@ TEST(Variance, is_what_pictures_of_many_seeds_show) {
   scene.camera.vertical_fov_deg = 12;
   constexpr int seeds = 40;
   std::vector<double> sum(256), squares(256);
-  double told = 0;
+  double reported = 0;
   for (int seed = 0; seed < seeds; ++seed) {
     RenderOptions options = long_paths(8, static_cast<std::uint64_t>(100 + seed));
     options.samples = 8;  // whatever the scale: one sample has no variance
@@ -133,22 +133,22 @@ TEST(Variance, is_what_pictures_of_many_seeds_show) {
       const double value = result.picture.find("G")->pixels[i];
       sum[i] += value;
       squares[i] += value * value;
-      told += result.picture.find("variance.G")->pixels[i];
+      reported += result.picture.find("variance.G")->pixels[i];
     }
   }
-  told /= seeds * 256;
+  reported /= seeds * 256;
   double found = 0;
   for (std::size_t i = 0; i < 256; ++i) found += (squares[i] - sum[i] * sum[i] / seeds) / (seeds - 1);
   found /= 256;
   // The variance found over 256 pixels of 39 degrees of freedom each has a relative error of some sqrt(2/10000) = 0.014
-  // (more with heavy tails: 0.03; five of those are 0.15). Stratification makes it less than what is told, as that
+  // (more with heavy tails: 0.03; five of those are 0.15). Stratification makes it less than what is reported, as that
   // pretends independence; half is far more than it gains here.
-  RecordProperty("found_over_told", std::to_string(found / told));
-  EXPECT_LT(found, 1.15 * told);
-  EXPECT_GT(found, 0.5 * told);
+  RecordProperty("found_over_reported", std::to_string(found / reported));
+  EXPECT_LT(found, 1.15 * reported);
+  EXPECT_GT(found, 0.5 * reported);
 }
 
-/// What --noise goes by, against pictures of 60 seeds. Each tells its noise squared from 576 pixels' halves, and that
+/// What --noise goes by, against pictures of 60 seeds. Each reports its noise squared from 576 pixels' halves, and that
 /// of the seeds is found from 59 degrees of freedom a pixel: 0.008 and 0.01 relative if errors were normal, 0.02 with
 /// their tails; 0.1 of the square are five of those, and 0.05 of the noise.
 TEST(Noise, is_what_pictures_of_many_seeds_show_adaptive_or_not) {
@@ -160,7 +160,7 @@ TEST(Noise, is_what_pictures_of_many_seeds_show_adaptive_or_not) {
   constexpr int seeds = 60;
   for (const bool adaptive : {false, true}) {
     std::vector<double> sum(576), squares(576);
-    double told = 0, light = 0, covered = 0;
+    double reported = 0, light = 0, covered = 0;
     for (int seed = 0; seed < seeds; ++seed) {
       RenderOptions options;
       options.samples = 16;
@@ -173,7 +173,7 @@ TEST(Noise, is_what_pictures_of_many_seeds_show_adaptive_or_not) {
             noise = pass.noise;
             return true;
           });
-      told += noise * noise / seeds;
+      reported += noise * noise / seeds;
       for (std::size_t i = 0; i < 576; ++i) {
         const double value = static_cast<double>(result.picture.find("G")->pixels[i]);
         sum[i] += value;
@@ -185,8 +185,8 @@ TEST(Noise, is_what_pictures_of_many_seeds_show_adaptive_or_not) {
     double variance = 0;
     for (std::size_t i = 0; i < 576; ++i) variance += (squares[i] - sum[i] * sum[i] / seeds) / (seeds - 1);
     const double found = variance * covered / (light * light);  // the three channels are alike
-    RecordProperty(adaptive ? "told_over_found_adaptive" : "told_over_found", std::to_string(told / found));
-    EXPECT_NEAR(told / found, 1, 0.1) << adaptive;
+    RecordProperty(adaptive ? "reported_over_found_adaptive" : "reported_over_found", std::to_string(reported / found));
+    EXPECT_NEAR(reported / found, 1, 0.1) << adaptive;
   }
 }
 

@@ -93,24 +93,24 @@ TEST(SamplePlan, gives_a_pixel_samples_by_the_pixels_around_it) {
   EXPECT_NEAR(mean, 64, 0.5);
 }
 
-TEST(Renderer, tells_of_every_pass_and_ends_with_the_samples_asked_for) {
+TEST(Renderer, reports_every_pass_and_ends_with_the_samples_asked_for) {
   WhiteFiber model;
   const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
-  std::vector<PassProgress> told;
+  std::vector<PassProgress> passes;
   const RenderResult result =
       render_with(tangle(50, 37, 21), model, fibers, few_samples(3), 2, never_stop, [&](const PassProgress& progress) {
-        told.push_back(progress);
+        passes.push_back(progress);
         return true;
       });
-  ASSERT_EQ(told.size(), 6u);
+  ASSERT_EQ(passes.size(), 6u);
   std::uint64_t paths = 0;
-  for (std::size_t i = 0; i < told.size(); ++i) {
-    EXPECT_EQ(told[i].pass, static_cast<int>(i));
-    EXPECT_EQ(told[i].pass_count, 6);
-    paths += told[i].pixels;
-    EXPECT_EQ(told[i].paths_so_far, paths);
-    EXPECT_EQ(told[i].paths_total, 37u * 21u * 3u);
-    EXPECT_GE(told[i].cpu_seconds, 0);
+  for (std::size_t i = 0; i < passes.size(); ++i) {
+    EXPECT_EQ(passes[i].pass, static_cast<int>(i));
+    EXPECT_EQ(passes[i].pass_count, 6);
+    paths += passes[i].pixels;
+    EXPECT_EQ(passes[i].paths_so_far, paths);
+    EXPECT_EQ(passes[i].paths_total, 37u * 21u * 3u);
+    EXPECT_GE(passes[i].cpu_seconds, 0);
   }
   EXPECT_EQ(paths, 37u * 21u * 3u);
   EXPECT_EQ(result.passes, 6);
@@ -166,7 +166,7 @@ TEST(Renderer, layers_sum_to_beauty_bit_for_bit) {
   }
 }
 
-TEST(Renderer, tells_albedo_normal_tangent_and_distance_of_what_is_seen) {
+TEST(Renderer, writes_albedo_normal_tangent_and_distance_of_what_is_seen) {
   WhiteFiber model;
   fiber::LobeColors shares{};
   shares[0] = {0.25f, 0, 0.5f};
@@ -398,7 +398,7 @@ TEST(Renderer, a_coarse_mesh_is_lit_as_the_smooth_surface_that_it_stands_for) {
   EXPECT_EQ(wrong, 0);
 }
 
-TEST(Renderer, shows_the_environment_behind_only_if_told) {
+TEST(Renderer, shows_the_environment_behind_only_if_asked) {
   WhiteFiber model;
   const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
   scene::Scene scene = tangle(1, 16, 16);
@@ -533,7 +533,7 @@ TEST(Renderer, interrupted_anywhere_returns_a_finite_picture) {
   }
 }
 
-TEST(Renderer, stops_after_a_pass_when_told) {
+TEST(Renderer, stops_after_a_pass_when_asked) {
   WhiteFiber model;
   const std::vector<fiber::FiberId> fibers{model.add_fiber(lossless_shares())};
   const RenderResult result = render_with(tangle(20, 16, 16), model, fibers, few_samples(8), 1, never_stop,
@@ -606,7 +606,7 @@ TEST(Film, unsampled_pixels_show_the_nearest_sampled_one) {
   }
 }
 
-TEST(Film, tells_the_variance_of_the_mean_and_the_noise) {
+TEST(Film, reports_the_variance_of_the_mean_and_the_noise) {
   Film film({0, 0, 2, 1}, false);
   PathSums path;
   path.coverage = 1;

@@ -116,7 +116,7 @@ struct Deviation {
 
 /// Seeds 71 and 72 and on. The mean of stills at the middles of 64 parts of the shutter is that of all times to second
 /// order; each has 16 samples, the moving picture has 1,024: both have as many. Three channels of 144 pixels are judged
-/// against the variance that both pictures tell, which is an upper bound (PICTURE.md): sum of squares over 432
+/// against the variance that both pictures report, which is an upper bound (PICTURE.md): sum of squares over 432
 /// deviations of variance 1 at most, beyond 1.4 once in a million by chi-square of 144 degrees of freedom (the three
 /// channels of a pixel go together), and means over the picture within 5 standard errors. Without time in the rays the
 /// sum is above 10.
@@ -129,7 +129,7 @@ TEST(OpenShutter, ShowsTheMeanOfItsStills) {
   EXPECT_GT(found.noisy, 300);
   EXPECT_LT(found.z, z_limit);
   EXPECT_LT(found.squares, 1.4);
-  EXPECT_GT(found.squares, 0.05) << "errors that tell nothing";
+  EXPECT_GT(found.squares, 0.05) << "errors that show nothing";
 }
 
 scene::Light light_of(scene::Light::Kind kind, const glm::vec3& center, const glm::vec3& radiance) {
@@ -211,7 +211,7 @@ TEST(OpenShutter, LightsMoveAsInTheMeanOfItsStills) {
   EXPECT_GT(found.noisy, 300);
   EXPECT_LT(found.z, z_limit);
   EXPECT_LT(found.squares, 1.4);
-  EXPECT_GT(found.squares, 0.05) << "errors that tell nothing";
+  EXPECT_GT(found.squares, 0.05) << "errors that show nothing";
   EXPECT_GT(Deviation(picture_of(still_of_lights(moving, 0), samples, 81), of).squares, 14);
   scene::Scene resting = moving;
   resting.environment_turns_rad.clear();

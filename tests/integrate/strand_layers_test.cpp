@@ -68,7 +68,7 @@ void expect_means_of_five(const image::Picture& picture) {
   EXPECT_EQ(pixel_of(picture, "strand_uv.u"), 0.25f) << "of the one that has them";
   EXPECT_EQ(pixel_of(picture, "strand_uv.v"), 0.75f);
   EXPECT_EQ(pixel_of(picture, "strand_id"), 7.0f)
-      << "the nearest strand, of two at 4 cm the least id; the mesh is none";
+      << "the nearest strand, of two at 4 cm the least id; the mesh is no strand";
 }
 
 TEST(DataLayers, AreMeansOverThePathsThatMetWhatTheyAreOf) {

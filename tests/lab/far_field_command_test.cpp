@@ -1,4 +1,4 @@
-// tress-lab far-field: what it tells is the far field of the model that it names.
+// tress-lab far-field: what it prints is the far field of the model that it names.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -99,7 +99,7 @@ TEST_F(FarField, IsTheSameForAnyNumberOfThreads) {
   }
 }
 
-TEST_F(FarField, TellsATableAndItsConventions) {
+TEST_F(FarField, WritesATableAndItsConventions) {
   const Outcome outcome = run({"far-field", "--model", "fiber3d", "--paths", "1000"});
   EXPECT_EQ(outcome.status, 0);
   for (const char* part : {"fiber3d", "TRT", "whole", "grey", "traced    1000 paths", "--json"}) {

@@ -52,7 +52,7 @@ Deviations deviations(const nlohmann::json& lobe, const FluxBins& flux, const Fl
 // Some 1,000 bins a configuration: 5 standard errors, also where they come from 25 paths, are passed by right code for
 // one seed in fifty at most. The root mean square of z is 1 to 5 standard errors of its own (1 / sqrt(2 bins)), and to
 // what the standard errors of few paths are off, 2 %.
-TEST_F(FarFieldOfReference, FindsEveryBinThatTheFileTells) {
+TEST_F(FarFieldOfReference, FindsEveryBinThatTheFileLists) {
   const int paths = scaled(400'000);
   for (const auto& [id, reference] : fiber3d_reference(reference_rows("fiber3d.csv"))) {
     const auto degrees = [](float radians) {

@@ -28,7 +28,7 @@ const std::vector<std::string> fiber_words{
     "--e",    "0.7", "--alpha", "0.25", "--theta-r", "40",   "--phi-r", "-20", "--eta",     "1.5",
     "--tilt", "2",   "--bins",  "9x12", "--paths",   "4000", "--seed",  "3",   "--sigma-a", "0.1,0.2,0.4"};
 
-TEST_F(Lobes, EveryModelHasTheFarFieldThatFarFieldTells) {
+TEST_F(Lobes, EveryModelHasTheFarFieldThatFarFieldPrints) {
   std::vector<std::string> words{"lobes", "-o", path("a.html"), "--quiet"};
   words.insert(words.end(), fiber_words.begin(), fiber_words.end());
   const Outcome outcome = run(words);

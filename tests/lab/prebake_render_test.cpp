@@ -20,7 +20,7 @@ constexpr const char* scene = R"({
   "grooms": [{"generate": "straight", "strands": 200, "radius_cm": 0.05, "material": "brown"}]
 })";
 
-TEST_F(LaboratoryPrebake, TellsWhatDidNotConvergeAndSavesItAsOpen) {
+TEST_F(LaboratoryPrebake, ReportsWhatDidNotConvergeAndSavesItAsOpen) {
   write_text(path("scene.json"), scene);
   const Outcome baked = run({"cache", "prebake", path("scene.json"), "-o", path("l.cache"), "--quiet", "--model",
                              "elliptical", "--learner", "appendix-literal"});

@@ -51,8 +51,8 @@ TEST_F(LaboratoryUsage, HasEveryModelAndLearnerThatTressNames) {
   EXPECT_THAT(learners, ::testing::UnorderedElementsAreArray(fiber::laboratory_learners()));
 }
 
-/// The default that the table of parameters tells of an option of tress-lab fit is the one that it has.
-TEST_F(LaboratoryUsage, FitHasTheDefaultsThatItTells) {
+/// The default that the table of parameters states for an option of tress-lab fit is the one that it has.
+TEST_F(LaboratoryUsage, FitHasTheDefaultsThatItStates) {
   const std::vector<std::string> plain{"fit", "--lobe", "TRT", "--json"};
   std::vector<std::string> spelt = plain;
   for (const char* name : {"--e", "--theta-d", "--phi", "--sigma", "--eta", "--epsilon", "--samples"}) {
@@ -62,7 +62,7 @@ TEST_F(LaboratoryUsage, FitHasTheDefaultsThatItTells) {
   EXPECT_EQ(run(plain).out, run(spelt).out);
 }
 
-TEST_F(LaboratoryUsage, FarFieldHasTheDefaultsThatItTells) {
+TEST_F(LaboratoryUsage, FarFieldHasTheDefaultsThatItStates) {
   const std::vector<std::string> plain{"far-field", "--json"};
   std::vector<std::string> spelt = plain;
   for (const char* name :

@@ -84,12 +84,12 @@ TEST_F(LiveServer, ALookIsTakenOnceAndBeginsThePassesAnew) {
   EXPECT_FALSE(server_->is_look_asked());
   server_->add_pass({{"pass", 0}});
   server_->show(picture_of(2));
-  const Json told = status(3);
-  EXPECT_EQ(told["look"], 2);
-  EXPECT_EQ(told["first"], 3);
-  ASSERT_EQ(told["passes"].size(), 1u);
-  EXPECT_EQ(told["first_of_look"], told["picture"]);
-  EXPECT_EQ(told["look_before"], 1);
+  const Json answer = status(3);
+  EXPECT_EQ(answer["look"], 2);
+  EXPECT_EQ(answer["first"], 3);
+  ASSERT_EQ(answer["passes"].size(), 1u);
+  EXPECT_EQ(answer["first_of_look"], answer["picture"]);
+  EXPECT_EQ(answer["look_before"], 1);
   const auto before = client_->Get("/picture?which=look&layer=beauty");
   ASSERT_EQ(before->status, 200);
   float value = 0;
@@ -120,13 +120,13 @@ TEST_F(LiveServer, AHostileLookIsRefusedByName) {
 TEST_F(LiveServer, StatusHasThePassesSinceThoseThatAreKnown) {
   EXPECT_FALSE(server_->is_watched());
   for (int i = 0; i < 5; ++i) server_->add_pass({{"pass", i}});
-  server_->tell({{"said", "x"}});
-  const Json told = status(3);
+  server_->set_facts({{"said", "x"}});
+  const Json answer = status(3);
   EXPECT_TRUE(server_->is_watched());
-  EXPECT_EQ(told["said"], "x");
-  EXPECT_EQ(told["first"], 3);
-  ASSERT_EQ(told["passes"].size(), 2u);
-  EXPECT_EQ(told["passes"][1]["pass"], 4);
+  EXPECT_EQ(answer["said"], "x");
+  EXPECT_EQ(answer["first"], 3);
+  ASSERT_EQ(answer["passes"].size(), 2u);
+  EXPECT_EQ(answer["passes"][1]["pass"], 4);
   for (std::size_t i = 0; i < RenderServer::most_passes; ++i) server_->add_pass({{"pass", i}});
   EXPECT_EQ(status(0)["first"], 5) << "older ones are forgotten";
 }
@@ -195,7 +195,7 @@ TEST_F(LiveServer, EndsSoonWhateverItsClientsDo) {
   for (const int file : files) close(file);
 }
 
-TEST(LiveServerAddress, IsToldWhereItIsWrong) {
+TEST(LiveServerAddress, IsReportedWhereItIsWrong) {
   for (const char* address : {"127.0.0.1:x", "127.0.0.1:65536", "127.0.0.1:-1", "256.1.1.1:0"}) {
     const auto server = RenderServer::start(address);
     ASSERT_FALSE(server) << address;

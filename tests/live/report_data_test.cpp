@@ -40,7 +40,7 @@ std::string row(int node, const std::string& state, double light) {
          R"(,"fiber":{"eta":1.55,"lobe":"TT"},"angles":{"phi_r_deg":45},"command":"tress fit"})" + "\n";
 }
 
-TEST_F(Report, TellsWhatHasNotConvergedAndWhatLightItCarries) {
+TEST_F(Report, ListsWhatHasNotConvergedAndWhatLightItCarries) {
   const auto runs =
       report_data(written(header + row(1, "open", 0.1) + row(2, "open", 0.1) + row(3, "open", 0.3) + pass(0, 0.2, 3) +
                           row(1, "converged", 0.4) + row(3, "refused", 0.5) + pass(1, 0.94, 1)));
@@ -60,7 +60,7 @@ TEST_F(Report, TellsWhatHasNotConvergedAndWhatLightItCarries) {
   EXPECT_TRUE(run["summary"].is_null()) << "it was killed";
 }
 
-TEST_F(Report, OfAWarmRunTellsWhatTheCacheBrought) {
+TEST_F(Report, OfAWarmRunShowsWhatTheCacheBrought) {
   const auto runs = report_data(written(
       header + pass(0, 1, 0) +
       R"({"type":"summary","status":"done","warm_cache":{"loaded":"loaded","rows_known":7,"samples_known":80,"cpu_seconds_spared_estimate":1.5}})" +

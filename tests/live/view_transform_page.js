@@ -3,12 +3,12 @@
 const fs = require("fs");
 const [, , transforms, colors] = process.argv;
 const views = new Function(fs.readFileSync(transforms, "utf8") + "\nreturn viewTransforms;")();
-const told = {};
+const shown = {};
 for (const [name, view] of Object.entries(views)) {
-    told[name] = JSON.parse(fs.readFileSync(colors, "utf8")).map((color) => {
+    shown[name] = JSON.parse(fs.readFileSync(colors, "utf8")).map((color) => {
         const out = [0, 0, 0];
         view(...color.map((x) => x === null ? NaN : x), out);
         return out;
     });
 }
-console.log(JSON.stringify(told));
+console.log(JSON.stringify(shown));

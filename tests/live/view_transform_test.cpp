@@ -44,9 +44,9 @@ json shown_by_the_page(const std::vector<glm::vec3>& colors) {
   const fs::path folder = fs::path(::testing::TempDir()) / ("tress_views_" + std::to_string(getpid()));
   fs::create_directories(folder);
   std::ofstream(folder / "transforms.js") << web_assets().at("view_transform.js");
-  json told = json::array();
-  for (const glm::vec3& color : colors) told.push_back({color.x, color.y, color.z});
-  std::ofstream(folder / "colors.json") << told;
+  json list = json::array();
+  for (const glm::vec3& color : colors) list.push_back({color.x, color.y, color.z});
+  std::ofstream(folder / "colors.json") << list;
   const std::string script = (fs::path(TRESS_SOURCE_DIR) / "tests/live/view_transform_page.js").string();
   const std::string command = "node '" + script + "' '" + (folder / "transforms.js").string() + "' '" +
                               (folder / "colors.json").string() + "' > '" + (folder / "out").string() + "'";

@@ -218,7 +218,7 @@ inline AdversarialEvent adversarial_event(RandomStream& random, const Adversaria
   return event;
 }
 
-/// u[0] at the ends of the lobes' shares, which only begin() tells: one event in four.
+/// u[0] at the ends of the lobes' shares, which only begin() knows: one event in four.
 inline void to_edge_of_lobes(RandomStream& random, const fiber::FiberEvent& event, std::array<float, 4>& u) {
   const std::uint64_t bits = random.next_bits();
   if ((bits & 3) != 0) return;

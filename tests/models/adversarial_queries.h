@@ -97,7 +97,7 @@ inline bool is_ours(std::string_view model) { return model == "elliptical" || mo
 inline WeightBound bound_of(const Asked& what, const AdversarialFiber& fiber) {
   const std::string_view model = what.model;
   if (model == "elliptical") return elliptical_bound(fiber, what.estimator, what.taught == Taught::converged);
-  // Drawn exactly as they are; the others are not normalised, and 100 tells the worst.
+  // Drawn exactly as they are; the others are not normalised, and 100 shows the worst.
   if (model == "chiang2016" || model == "deon2011" || model == "rough") return {1.01, 1.01};
   return {100, 100};
 }
@@ -128,9 +128,9 @@ class AdversarialQueries {
   }
   const QueryChecks& checks() const { return checks_; }
 
-  /// tell(event, direction, value, failures) of each query.
-  template <class Tell>
-  void ask(RandomStream random, Tell&& tell) {
+  /// Calls check(event, direction, value, failures) for each query.
+  template <class Check>
+  void ask(RandomStream random, Check&& check) {
     const fiber::FiberModel& model = taught_.model();
     AdversarialEvent asked = adversarial_event(random, fiber_);
     const fiber::FiberEvent event = model.begin(id_, asked.wr, asked.xi1, asked.xi2, asked.h);
@@ -143,8 +143,8 @@ class AdversarialQueries {
     const WeightBound bound =
         model.evaluates(event) ? WeightBound{bound_.of_r * scale, bound_.of_rest * scale} : WeightBound{};
     const auto fail = [this](Failure failure) { failures_.push_back(failure); };
-    const auto told = [&](const fiber::FiberDirection& wi, const fiber::FiberValue& value) {
-      tell(std::as_const(asked), wi, value, std::as_const(failures_));
+    const auto checked = [&](const fiber::FiberDirection& wi, const fiber::FiberValue& value) {
+      check(std::as_const(asked), wi, value, std::as_const(failures_));
       failures_.clear();
     };
     const fiber::FiberSample sample = model.sample(event, asked.u);
@@ -152,17 +152,17 @@ class AdversarialQueries {
     checks_.direction(sample.wi, fail);
     checks_.value(sample.value, bound, fail);
     if (!(sample.value.pdf > 0)) fail(Failure::bad_density);
-    told(sample.wi, sample.value);
+    checked(sample.wi, sample.value);
     if (!model.evaluates(event)) return;
     const fiber::FiberValue again = model.evaluate(event, sample.wi);
     checks_.agreement(sample.value, again, is_ours(taught_.what().model), fail);
-    told(sample.wi, again);
+    checked(sample.wi, again);
     for (int k = 0; k < directions_per_event; ++k) {
       const fiber::FiberDirection wi =
           k == 0 ? through_a_vector(sample.wi) : adversarial_direction(random, fiber_, asked.wr);
       const fiber::FiberValue value = model.evaluate(event, wi);
       checks_.value(value, bound, fail);
-      told(wi, value);
+      checked(wi, value);
     }
   }
 

@@ -42,7 +42,7 @@ fiber::FiberParameters fiber_of(const Corner& corner) {
   return fiber;
 }
 
-// The panels tell their own error; 2e-3 beside it is what the table of energies is interpolated to (1.5e-3) and the
+// The panels estimate their own error; 2e-3 beside it is what the table of energies is interpolated to (1.5e-3) and the
 // rounding of float densities of a degree. The largest weight of rows that have converged is R's, whose sampler knows
 // no Fresnel reflectance; 3 is twice what the full maps show at lambda of a degree and more.
 TEST(atlas_maps, density_energy_weights_and_samples_hold_at_the_ends_of_the_domain) {
@@ -83,10 +83,10 @@ TEST(atlas_maps, density_energy_weights_and_samples_hold_at_the_ends_of_the_doma
 }
 
 /// Another's samples, under a density that is a tenth too high on one side of the circle and too low on the other.
-class WronglyTold final : public fiber::FiberModel {
+class WronglyDescribed final : public fiber::FiberModel {
  public:
-  explicit WronglyTold(const fiber::FiberModel& of) : of_(of) { add_fiber({}); }
-  std::string name() const override { return "wrongly told"; }
+  explicit WronglyDescribed(const fiber::FiberModel& of) : of_(of) { add_fiber({}); }
+  std::string name() const override { return "wrongly described"; }
   fiber::FiberId make_fiber(const fiber::FiberParameters&) override { return 0; }
   fiber::FiberEvent make_event(fiber::FiberId id, const FiberDirection& wr, float xi1, float xi2,
                                float h) const override {
@@ -107,7 +107,7 @@ class WronglyTold final : public fiber::FiberModel {
 
 TEST(atlas_maps, panels_see_a_density_that_is_a_tenth_off) {
   const test::OneFiber fiber(*references::find_model("chiang2016"), {});
-  const WronglyTold wrong(fiber.model());
+  const WronglyDescribed wrong(fiber.model());
   const fiber::FiberEvent event = fiber.begin({0.3f, 40 * degree});
   const test::PanelSettings settings{.samples = 20000, .seed = test::seed(1)};
   EXPECT_GT(test::DirectionPanels(fiber.model(), event, settings).result().fit.p_value, family_level);

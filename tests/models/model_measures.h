@@ -112,7 +112,7 @@ Weights weights(const Fiber& fiber, const fiber::FiberDirection& wr, int samples
   return result;
 }
 
-/// Samples of one event against the density that evaluate() tells, on bins x bins equal bins; 8 x 8 points a bin.
+/// Samples of one event against the density that evaluate() returns, on bins x bins equal bins; 8 x 8 points a bin.
 inline ChiSquare samples_against_density(const fiber::FiberModel& model, const fiber::FiberEvent& event, int samples,
                                          int bins, std::uint64_t seed) {
   constexpr double pi = std::numbers::pi, pole = fiber::half_pi;

@@ -55,7 +55,7 @@ inline WeightBound elliptical_bound(const AdversarialFiber& fiber, fiber::Estima
   return {of_r, of_rest};
 }
 
-/// What is wrong with the answers to one event, told to `fail(failure, query, event, value)`.
+/// What is wrong with the answers to one event, passed to `fail(failure, query, event, value)`.
 class QueryChecks {
  public:
   QueryChecks(const fiber::FiberModel& model, bool may_be_negative)

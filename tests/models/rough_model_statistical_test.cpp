@@ -126,7 +126,7 @@ TEST(RoughModel, WeighsEverySampleAlike) {
   }
 }
 
-// Converged rows return what falls on clear fibers: the sum of the energies, whose own error is told in
+// Converged rows return what falls on clear fibers: the sum of the energies, whose own error is stated in
 // fiber/clear_energies.h. Directions at random, nodes at random.
 TEST(RoughModel, HasAFurnaceOfOneInEveryDirection) {
   FiberParameters parameters;

@@ -1,4 +1,4 @@
-// Whether the samples of a model follow the density that it tells: chi-square on the assembled whole.
+// Whether the samples of a model follow the density that it returns: chi-square on the assembled whole.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace tress::test {
 
 /// p-value of `samples` over 36 x 36 bins against the integral of evaluate().pdf by midpoints: theta_points a bin of 5
 /// degrees in theta, phi_points a bin of 10 in phi. The integral over all directions is expected to be 1 within
-/// 2e-3; sample() must tell the pdf of evaluate().
+/// 2e-3; sample() must return the pdf of evaluate().
 inline double density_p_value(const fiber::FiberModel& model, const fiber::FiberEvent& event, std::uint64_t seed,
                               int samples = 20000, int theta_points = 8, int phi_points = 8) {
   constexpr int bins = 36;

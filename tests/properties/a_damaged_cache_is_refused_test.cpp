@@ -1,4 +1,5 @@
-// No prefix of a cache, no cache with a tail and no cache with changed bytes is taken for one, and the reason is told.
+// No prefix of a cache, no cache with a tail and no cache with changed bytes is taken for one, and the reason is
+// reported.
 #include <string>
 
 #include "properties/generators.h"

@@ -1,4 +1,4 @@
-// What sample() draws has the density that proposal_density() tells, by the masses of E1 in closed form. No chance in
+// What sample() draws has the density that proposal_density() returns, by the masses of E1 in closed form. No chance in
 // it: u runs through the midpoints of n equal cells, and inversion piece by piece puts all but a few of them where they
 // belong.
 #include <algorithm>
@@ -40,7 +40,7 @@ RC_GTEST_PROP(SkewLogistic, SamplesTheInverseOfItsCumulativeDensity, ()) {
 
 constexpr int draws = 2048;
 
-/// Largest difference, over 64 arcs from -pi, between the share of the draws there and the mass that `mass` tells.
+/// Largest difference, over 64 arcs from -pi, between the share of the draws there and the mass that `mass` returns.
 template <class Fit, class Mass>
 double discrepancy(const Fit& fit, float u_share, const Mass& mass) {
   std::vector<float> drawn;

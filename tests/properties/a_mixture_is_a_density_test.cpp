@@ -60,7 +60,7 @@ std::array<double, 2> range_of(const Mixture& fit, double at, double reach) {
 }
 
 bool within(float f, const std::array<double, 2>& range) {
-  // exp_of_negative stops at exp(-87): what is below that of the largest density is not told apart from it.
+  // exp_of_negative stops at exp(-87): what is below that of the largest density is not distinguished from it.
   return f >= range[0] * (1 - relative) - 1e-37 && f <= range[1] * (1 + relative) + 1e-33;
 }
 

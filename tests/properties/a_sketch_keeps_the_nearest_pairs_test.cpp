@@ -47,7 +47,7 @@ RC_GTEST_PROP(Sketch, KeepsTheNearestPairOfEachBinAndNeverLosesABin, ()) {
     occupied = now;
     const auto [found, is_new] = model.emplace(static_cast<std::uint32_t>(index), pair);
     if (is_new) continue;
-    // Of one azimuth that was told two values, the smaller.
+    // Of one azimuth that was given two values, the smaller.
     Nearest& kept = found->second;
     if (pair.distance < kept.distance || (pair.x == kept.x && pair.g < kept.g)) kept = pair;
   }

@@ -1,5 +1,5 @@
 // One pass equals its pieces, for every learner: the same observations, in any order and split over any threads, give
-// the same table and tell the same. A ceiling is kept, and changes nothing of this.
+// the same table and report the same. A ceiling is kept, and changes nothing of this.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -14,24 +14,24 @@
 namespace tress::inline v0_2::adaptive {
 namespace {
 
-struct Told {
+struct Learned {
   std::string bytes;
   PassReport last;
 };
 
-Told learn(const Options& options, std::uint64_t first_pass, std::uint32_t passes, std::size_t queries,
-           unsigned threads) {
+Learned learn(const Options& options, std::uint64_t first_pass, std::uint32_t passes, std::size_t queries,
+              unsigned threads) {
   const testing::MovingPeaks target;
   Service service(options, target);
   for (std::uint32_t p = 0; p < 2; ++p) service.add_slice(testing::toy_slice(p, 3, p == 0 ? 0.3f : 0.1f));
-  Told told;
+  Learned learned;
   for (std::uint64_t pass = 0; pass < passes; ++pass) {
     testing::run_pass(service, 2, first_pass + pass, queries, threads);
-    told.last = service.publish();
-    RC_ASSERT(told.last.bytes <= options.memory_bytes);
+    learned.last = service.publish();
+    RC_ASSERT(learned.last.bytes <= options.memory_bytes);
   }
-  told.bytes = encode_cache(service.snapshot());
-  return told;
+  learned.bytes = encode_cache(service.snapshot());
+  return learned;
 }
 
 /// Drawn as numbers: learner, threads, ceiling, passes, queries, seed.
@@ -46,8 +46,8 @@ TRESS_DEAR_PROPERTY(Service, OfAnyLearnerLearnsTheSameFromAPassAndItsPieces, 20)
   if (drawn[2] % 2 == 1) options.memory_bytes = 4000 + 60 * drawn[2];
   const std::uint32_t passes = 1 + drawn[3] % 4;
   const std::size_t queries = drawn[4];
-  const Told one = learn(options, drawn[5], passes, queries, 1);
-  const Told many = learn(options, drawn[5], passes, queries, 2 + drawn[1] % 7);
+  const Learned one = learn(options, drawn[5], passes, queries, 1);
+  const Learned many = learn(options, drawn[5], passes, queries, 2 + drawn[1] % 7);
   RC_ASSERT(many.bytes == one.bytes);
   RC_ASSERT(many.last.queries == one.last.queries);
   RC_ASSERT(many.last.g_evaluations == one.last.g_evaluations);

@@ -14,7 +14,7 @@ namespace tress::inline v0_2::adaptive {
 struct Queries {
   std::uint32_t slice, node, times;
   ServiceModel::Ask how;
-  float light;  ///< told by carry(); 0: not called
+  float light;  ///< passed to carry(); 0: not called
 };
 
 struct Pass {

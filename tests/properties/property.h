@@ -36,9 +36,9 @@ void check_share(int percent, Property&& property) {
   metadata.description = test->name();
   const auto result =
       rc::detail::checkProperty(rc::detail::toProperty(std::forward<Property>(property)), metadata, parameters);
-  std::ostringstream told;
-  rc::detail::printResultMessage(result, told);
-  if (!result.template is<rc::detail::SuccessResult>()) FAIL() << told.str();
+  std::ostringstream message;
+  rc::detail::printResultMessage(result, message);
+  if (!result.template is<rc::detail::SuccessResult>()) FAIL() << message.str();
 }
 
 }  // namespace tress::testing

@@ -96,7 +96,7 @@ void ServiceModel::ask(std::size_t slice, std::uint32_t node, Ask how) {
   Node& asked = slices_[slice].nodes.at(node);
   ++asked.queries;
   ++asked.asked;
-  if (how != Ask::look && learns_ && asked.answer.state == RowState::open) ++asked.told;
+  if (how != Ask::look && learns_ && asked.answer.state == RowState::open) ++asked.given;
 }
 
 void ServiceModel::check_loaded(const Service& service) {
@@ -117,7 +117,7 @@ void ServiceModel::check_loaded(const Service& service) {
 
 /// The life of a row: what one pass may make of it.
 void ServiceModel::check_change(Node& node, const Answer& now) {
-  const bool touched = learns_ && (node.asked > 0 || node.told > 0);
+  const bool touched = learns_ && (node.asked > 0 || node.given > 0);
   switch (node.answer.state) {
     case RowState::absent: {
       const bool created = learns_ && node.queries > 0 && node.queries >= options_.queries_before_creation;
@@ -162,7 +162,7 @@ void ServiceModel::check_change(Node& node, const Answer& now) {
 
 void ServiceModel::check_pass(const Service& service, const PassReport& report) {
   PassReport wanted;
-  std::uint64_t told = 0, audits_possible = 0;
+  std::uint64_t given = 0, audits_possible = 0;
   double objective_max = 0;
   wanted.traces = std::exchange(traces_of_loading_, 0);
   for (std::size_t p = 0; p < slices_.size(); ++p) {
@@ -191,9 +191,9 @@ void ServiceModel::check_pass(const Service& service, const PassReport& report) 
       if (now.state == RowState::converged || now.objective != 1) {
         objective_max = std::max<double>(objective_max, now.objective);
       }
-      told += node.told;
+      given += node.given;
       node.answer = now;
-      node.asked = node.told = 0;
+      node.asked = node.given = 0;
     }
   }
   RC_ASSERT(report.queries == wanted.queries);
@@ -209,7 +209,7 @@ void ServiceModel::check_pass(const Service& service, const PassReport& report) 
   RC_ASSERT(!report.at_ceiling);
   RC_ASSERT(report.traces >= wanted.traces);
   if (audits_possible == 0 || !learns_) RC_ASSERT(report.traces == wanted.traces);
-  RC_ASSERT(report.g_evaluations >= told + report.validation_draws);
+  RC_ASSERT(report.g_evaluations >= given + report.validation_draws);
   RC_ASSERT(report.refits >= report.creations);
   RC_ASSERT(report.rows_reopened >= last_reopened_);
   last_reopened_ = report.rows_reopened;

@@ -16,7 +16,7 @@ namespace tress::inline v0_2::adaptive {
 /// (RC_ASSERT) that it is as it must be.
 class ServiceModel {
  public:
-  enum class Ask : std::uint8_t { score, observe, look };  ///< from the row's proposal; from elsewhere; no g told
+  enum class Ask : std::uint8_t { score, observe, look };  ///< from the row's proposal; from elsewhere; no g given
 
   ServiceModel(const Options& options, const Target& target) : options_(options), target_(target) {}
 
@@ -42,7 +42,7 @@ class ServiceModel {
   };
   struct Node {
     std::uint32_t queries = 0;           ///< over all passes
-    std::uint32_t asked = 0, told = 0;   ///< in this pass; g told while it was open and learning
+    std::uint32_t asked = 0, given = 0;  ///< in this pass; g given while it was open and learning
     Answer answer;                       ///< as of the last publish() or load()
     std::optional<CachedRow> cached;     ///< what a cache brought
     bool open_in_cache = false;          ///< it came open, or coarser than epsilon
@@ -70,7 +70,7 @@ class ServiceModel {
   std::vector<Slice> slices_;
   std::map<SliceKey, CachedSlice> cached_;  ///< of slices that are not added yet
   bool learns_ = true, has_loaded_ = false;
-  std::uint64_t g_evaluations_ = 0;  ///< told by all reports
+  std::uint64_t g_evaluations_ = 0;  ///< counted by all reports
   std::uint64_t traces_of_loading_ = 0;
   std::uint64_t last_reopened_ = 0;
 };

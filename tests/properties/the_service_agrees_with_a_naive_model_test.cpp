@@ -43,7 +43,7 @@ SliceDescription slice_of(std::uint32_t index) {
   return slice;
 }
 
-/// A service, its twin and their model, told the same.
+/// A service, its twin and their model, given the same.
 class Session {
  public:
   Session(const Options& options, float turn)
@@ -117,7 +117,7 @@ class Session {
   }
 
  private:
-  /// spare: nothing is told that has no effect: to rows that are not open, to a table that does not learn.
+  /// spare: nothing is passed that has no effect: to rows that are not open, to a table that does not learn.
   void ask(const Service& service, const Queries& one, float u, bool spare) const {
     using Ask = ServiceModel::Ask;
     const RowView row = service.look_up(ids_[one.slice], one.node / 2, one.node % 2);

@@ -16,11 +16,11 @@ CLEAR = {"sigma_a": [0, 0, 0]}
 class Fit(unittest.TestCase):
     def test_is_what_the_program_prints(self):
         command = [str(LABORATORY), "fit", "--lobe", "TRT", "--e", "0.75", "--theta-d", "20", "--samples", "24", "--json"]
-        told = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+        printed = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
         ours = tress.fit("TRT", eccentricity=0.75, theta_d=20, samples=24)
-        np.testing.assert_allclose(np.degrees(ours["phi"]), told["phi_deg"], atol=1e-12)
+        np.testing.assert_allclose(np.degrees(ours["phi"]), printed["phi_deg"], atol=1e-12)
         for key in ("target", "fit", "energy", "relative_l2", "components", "evaluations"):
-            np.testing.assert_array_equal(ours[key], told[key], key)
+            np.testing.assert_array_equal(ours[key], printed[key], key)
         self.assertTrue(ours["converged"])
         self.assertLess(ours["relative_l2"], 0.01)
 

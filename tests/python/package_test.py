@@ -37,9 +37,9 @@ class Package(unittest.TestCase):
             small = lines.replace("20000", "500").replace("samples=16", "samples=1, width=48, height=48")
             self.assertNotEqual(small, lines)
             script = small + "\nimport sys; print(sys.modules['tress'].__file__)"
-            told = run(["-c", script], folder, site)
-            self.assertEqual(told.returncode, 0, told.stderr)
-            self.assertTrue(told.stdout.strip().startswith(str(site)), told.stdout)
+            done = run(["-c", script], folder, site)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertTrue(done.stdout.strip().startswith(str(site)), done.stdout)
             for name in ("groom.exr", "groom.png"):
                 self.assertGreater(pathlib.Path(folder, name).stat().st_size, 1000)
 
@@ -48,8 +48,8 @@ class Package(unittest.TestCase):
         self.assertGreaterEqual(len(examples), 3)
         for example in examples:
             with self.subTest(example.name), tempfile.TemporaryDirectory() as folder:
-                told = run([example], folder, PACKAGE)
-                self.assertEqual(told.returncode, 0, told.stderr)
+                done = run([example], folder, PACKAGE)
+                self.assertEqual(done.returncode, 0, done.stderr)
                 self.assertIn("# %%", example.read_text())
 
 

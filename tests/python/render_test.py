@@ -47,8 +47,8 @@ class Bits(unittest.TestCase):
     def test_of_the_other_options_too(self):
         scene = SOURCE / "scenes/brown_lock.json"
         with tempfile.TemporaryDirectory() as folder:
-            told = ("--model", "chiang2016", "--seed", "7", "--max-depth", "5", "--light-samples", "1")
-            theirs = self.by_program(folder, scene, *told)
+            options = ("--model", "chiang2016", "--seed", "7", "--max-depth", "5", "--light-samples", "1")
+            theirs = self.by_program(folder, scene, *options)
             self.assert_same(
                 tress.render(scene, samples=3, model="chiang2016", seed=7, max_depth=5, light_samples=1, **SIZE), theirs
             )
@@ -255,12 +255,12 @@ class DefaultCache(unittest.TestCase):
 
 
 class Ends(unittest.TestCase):
-    def test_progress_is_told_on_the_calling_thread_and_may_end_it(self):
+    def test_progress_is_reported_on_the_calling_thread_and_may_end_it(self):
         seen = []
 
-        def progress(told):
-            seen.append((told.number, told.share, threading.get_ident()))
-            return told.number < 5
+        def progress(done):
+            seen.append((done.number, done.share, threading.get_ident()))
+            return done.number < 5
 
         picture = tress.render(scene_of_arrays(), samples=50, progress=progress, **SIZE)
         self.assertEqual([number for number, _, _ in seen], [0, 1, 2, 3, 4, 5])
@@ -270,8 +270,8 @@ class Ends(unittest.TestCase):
         np.testing.assert_array_equal(picture["beauty"], tress.render(scene_of_arrays(), samples=3, **SIZE)["beauty"])
 
     def test_what_a_callback_raises_comes_out(self):
-        def progress(told):
-            raise LookupError(f"pass {told.number}")
+        def progress(done):
+            raise LookupError(f"pass {done.number}")
 
         with self.assertRaisesRegex(LookupError, "^'?pass 0'?$"):
             tress.render(scene_of_arrays(), samples=50, progress=progress, **SIZE)

@@ -265,7 +265,7 @@ class Densities(unittest.TestCase):
             tress.render("none.json")
         self.assertEqual(caught.exception.filename, "none.json")
 
-    def test_wrong_slices_and_nodes_are_told(self):
+    def test_wrong_slices_and_nodes_are_reported(self):
         made, slice = service()
         with self.assertRaisesRegex(tress.Error, "axis_a: expected"):
             made.add_slice(axis_a=[1, 0], axis_b=[0])

@@ -14,10 +14,10 @@ STUB = ast.parse((SOURCE / "src/python/tress/_tress.pyi").read_text())
 
 def of_stub(function, is_method):
     """Parameters with their defaults, as text."""
-    told = function.args
-    names = [argument.arg for argument in told.args][1 if is_method else 0 :]
-    defaults = [None] * (len(names) - len(told.defaults)) + [ast.unparse(x) for x in told.defaults]
-    keyword = [(one.arg, ast.unparse(x)) for one, x in zip(told.kwonlyargs, told.kw_defaults)]
+    arguments = function.args
+    names = [argument.arg for argument in arguments.args][1 if is_method else 0 :]
+    defaults = [None] * (len(names) - len(arguments.defaults)) + [ast.unparse(x) for x in arguments.defaults]
+    keyword = [(one.arg, ast.unparse(x)) for one, x in zip(arguments.kwonlyargs, arguments.kw_defaults)]
     return [(name, value) for name, value in zip(names, defaults)] + keyword
 
 

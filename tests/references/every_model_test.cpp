@@ -149,9 +149,9 @@ TEST_P(every_model, sample_and_evaluate_agree_and_glint_is_a_lobe_only_where_it_
   }
 }
 
-// The error of a rule is told by a coarser one (4/9 of the points): its difference bounds the finer rule's own error,
-// whose order is higher. Kinks (a terminator, a trimmed tail) and energies that are interpolated (1.5e-3) are allowed
-// 2e-3 beside it; a density that the rules cannot resolve to 2 % fails.
+// The error of a rule is estimated by a coarser one (4/9 of the points): its difference bounds the finer rule's own
+// error, whose order is higher. Kinks (a terminator, a trimmed tail) and energies that are interpolated (1.5e-3) are
+// allowed 2e-3 beside it; a density that the rules cannot resolve to 2 % fails.
 TEST_P(every_model, density_has_mass_one_and_clear_hair_a_furnace) {
   double largest = 0;
   for (const auto& [e, theta] : {std::pair{1.0f, 0.0f}, {0.85f, 50.0f}, {0.7f, -80.0f}}) {

@@ -114,7 +114,7 @@ TEST(FarField, TheWholeIsTheSumOfItsParts) {
 
 // A path is in the bin that its direction is in: nearly smooth, straight in, light is reflected to where it came from
 // and goes through to the other side.
-TEST(FarField, BinsHaveTheDirectionsThatTheyTell) {
+TEST(FarField, BinsHaveTheDirectionsThatTheyState) {
   FiberParameters parameters;
   parameters.eccentricity = 1;
   parameters.roughness = 0.01f;

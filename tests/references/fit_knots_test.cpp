@@ -1,5 +1,5 @@
-// Knots fitted to traced nodes: the error that is told is the error that is there, the mass is that of g, and the path
-// moments of the knots give the light of a color.
+// Knots fitted to traced nodes: the error that is reported is the error that is there, the mass is that of g, and the
+// path moments of the knots give the light of a color.
 #include "references/learners/fit_knots.h"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ double true_objective(const KnotDensity& table, const TracedNodes& nodes) {
 
 // Boole's rule on four points a cell is exact for the square of what a parabola and a line differ by. At up to two
 // blurs a knot, where g is more than that in a cell, it was within 20 % of the error on 6,000 rows of hair.
-TEST(FitKnots, TellsTheErrorThatIsThere) {
+TEST(FitKnots, ReportsTheErrorThatIsThere) {
   for (const float blur : {0.07f, 0.1f, 0.15f, 0.2f, 0.3f, 0.45f}) {
     for (const double epsilon : {0.01, 0.001}) {
       for (std::uint64_t seed = 0; seed < 5; ++seed) {
@@ -125,9 +125,9 @@ TEST(FitKnots, PathMomentsGiveTheLightOfAColor) {
     const KnotDensity table = with_attributes(fit_knots(nodes, 0.001).table, nodes);
     const double h = 2 * pi / static_cast<double>(table.knots().size());
     for (const double sigma_a : {0.05, 0.4, 1.0, 3.0}) {
-      double told = 0, actual = 0, clear = 0, first = 0, first_actual = 0;
+      double reported = 0, actual = 0, clear = 0, first = 0, first_actual = 0;
       for (const Knot& knot : table.knots()) {
-        told += h * knot.density * gamma_share(sigma_a, knot.attribute_mean, knot.attribute_variance);
+        reported += h * knot.density * gamma_share(sigma_a, knot.attribute_mean, knot.attribute_variance);
         first += h * knot.density * static_cast<double>(knot.attribute_mean);
       }
       for (std::size_t j = 0; j < nodes.size(); ++j) {
@@ -135,7 +135,7 @@ TEST(FitKnots, PathMomentsGiveTheLightOfAColor) {
         clear += nodes.weight()[j];
         first_actual += static_cast<double>(nodes.weight()[j]) * nodes.attribute()[j];
       }
-      EXPECT_NEAR(told / actual, 1, 1e-5 + 0.004 * sigma_a * sigma_a * sigma_a)
+      EXPECT_NEAR(reported / actual, 1, 1e-5 + 0.004 * sigma_a * sigma_a * sigma_a)
           << "blur " << blur << ", sigma_a " << sigma_a;
       EXPECT_NEAR(first / first_actual, 1, 1e-3);
       EXPECT_GT(clear, actual);

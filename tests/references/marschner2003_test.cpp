@@ -61,7 +61,7 @@ TEST(marschner_cubic, has_the_roots_that_a_search_finds) {
             if (i > 0 && std::abs(d) < 1 && std::abs(before) < 1 && (d > 0) != (before > 0)) ++crossings;
             before = d;
           }
-          // Two roots within a step of the grid are not told apart: only next to a caustic, whose density is high.
+          // Two roots within a step of the grid are not distinguished: only next to a caustic, whose density is high.
           const MarschnerPaths paths = circle.paths(p, phi);
           bool near_caustic = false;
           for (std::size_t k = 0; k < paths.count; ++k) near_caustic |= paths.path[k].density > 20;

@@ -253,7 +253,7 @@ TEST(pekelis2015, converged_rows_answer_as_their_targets) {
     if (learner == &adaptive::sketch_learner || learner == &references::eager_learner) {
       EXPECT_EQ(exact_queries, 0) << learner->name;
     }
-    // Two rows below epsilon 0.01 each, told at their bounds, and the blur.
+    // Two rows below epsilon 0.01 each, at their bounds, and the blur.
     EXPECT_LT(difference / variation, 0.02) << learner->name;
   }
 }

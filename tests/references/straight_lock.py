@@ -4,7 +4,7 @@ A lock of white, straight, parallel strands under a sun, by `tress render --mode
 no line with it: Chiang et al. 2016 and ribbons in numpy. Fails where the means differ by more than 4 standard errors of
 both together (false-alarm rate 6e-5 each; seeds are fixed).
 
-straight_lock.py --as-cycles FOLDER [ROUGHNESS...] tells the second program's mean by the most hits a path may have: as it is, with Cycles'
+straight_lock.py --as-cycles FOLDER [ROUGHNESS...] prints the second program's mean by the most hits a path may have: as it is, with Cycles'
 geometry (light leaves a ribbon where it met it, not as far from the axis as it came, and no ribbon is met within two radii of where light starts),
 with the random numbers of Cycles 3.4 (lcg_of_cycles), and with both.
 """

@@ -385,7 +385,7 @@ TEST(FileFaults, PackedGroomsAndStandardInputAreRead) {
   EXPECT_FALSE(unpacked({whole.begin(), whole.end()}, "x", 8)) << "more than is allowed";
 }
 
-/// groom_truncated_sigbus: the program's handler of the signal tells the file by the address.
+/// groom_truncated_sigbus: the program's handler of the signal finds the file by the address.
 TEST(FileFaults, AMappingIsKnownByItsAddress) {
   const void* address = nullptr;
   {
@@ -574,7 +574,7 @@ TEST(FileFaults, WhatUsdSaysAroundCurvesIsUsedOrNamed) {
     EXPECT_THAT(groom.materials, ElementsAre("/a/h: bound to a USD material, which is not read",
                                              "/a/h/s: bound to a USD material, which is not read"));
     ASSERT_EQ(groom.color.size(), 6u) << name;
-    EXPECT_EQ(groom.color[3], glm::vec3(0, 1, 0)) << "indices of None are none";
+    EXPECT_EQ(groom.color[3], glm::vec3(0, 1, 0)) << "indices of None are no indices";
     ASSERT_EQ(groom.root_uv.size(), 3u) << name;
     EXPECT_EQ(groom.root_uv[0], glm::vec2(0.75f, 1)) << "of texture coordinates of three numbers the first two";
     EXPECT_EQ(groom.root_uv[1], glm::vec2(0.25f, 0.5f));
@@ -717,7 +717,7 @@ TEST(FileFaults, EveryParameterOfPbrtCurvesIsUsedOrNamed) {
   }
 }
 
-TEST(FileFaults, MaterialsOfPbrtAreToldWithWhatIsNotRead) {
+TEST(FileFaults, MaterialsOfPbrtAreListedWithWhatIsNotRead) {
   const fs::path file = fs::path(testing::TempDir()) / "materials.pbrt";
   const std::string curve = "Shape \"curve\" \"point3 P\" [0 0 0 0 0 1 0 0 2 0 0 3]\n";
   std::ofstream(file) << "WorldBegin\nMaterial \"coateddiffuse\" \"rgb reflectance\" [.9 .6 .1]\n"

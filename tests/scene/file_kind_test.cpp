@@ -25,7 +25,7 @@ std::string refusal(const std::string& name, const std::string& bytes) {
   return scene ? "" : scene.error().message();
 }
 
-TEST(FileKind, IsToldOfWhatIsNeitherASceneNorAGroom) {
+TEST(FileKind, IsNamedForWhatIsNeitherASceneNorAGroom) {
   const std::vector<std::pair<std::string, std::string>> files{
       {"glTF\2\0"s, "a binary glTF file"},
       {"\x89PNG\r\n\x1a\n\0"s, "a PNG picture"},

@@ -49,7 +49,7 @@ TEST(GeneratedGrooms, HaveThePapersCountsAndRepeat) {
   EXPECT_NE(generate_groom({.kind = "curly_lock", .seed = 1}).points, curly.points);
 }
 
-TEST(GeneratedGrooms, AreFiniteAndOfTheSizeTheyTell) {
+TEST(GeneratedGrooms, AreFiniteAndOfTheSizeTheyState) {
   for (const std::string& kind : generated_groom_kinds()) {
     const GroomRecipe recipe{.kind = kind, .strands = 300};
     const Groom groom = generate_groom(recipe);
@@ -128,7 +128,7 @@ TEST(GeneratedGrooms, LayeredHairCurlsWhereADiameterIsGiven) {
   EXPECT_LT(along / fall, 2.2);
 }
 
-TEST(GeneratedGrooms, ACurtainIsAsWideAsItTellsAndCurlsWhereADiameterIsGiven) {
+TEST(GeneratedGrooms, ACurtainIsAsWideAsItStatesAndCurlsWhereADiameterIsGiven) {
   GroomRecipe plain{.kind = "curtain", .strands = 2000};
   plain.shape = {{"width_cm", 20.0},     {"length_cm", 30.0},        {"length_variation", 0.0},
                  {"wavelength_cm", 4.0}, {"wave_amplitude_cm", 0.0}, {"frizz", 0.0}};

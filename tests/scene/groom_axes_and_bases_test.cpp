@@ -12,7 +12,7 @@
 #include "scene/groom_fixture.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/groom_writers.h"
-#include "scene/read/grooms/told_basis.h"
+#include "scene/read/grooms/given_basis.h"
 #include "scene/read/load_scene.h"
 
 namespace tress::scene {
@@ -234,7 +234,7 @@ TEST_F(InAScene, StrandsOfEveryBasisThatItSaysAreThoseOfTheTextbook) {
 }
 
 /// What a file has at later moments of the shutter becomes what is drawn, as its points do.
-TEST(ToldBasis, IsThatOfEveryMoment) {
+TEST(GivenBasis, IsThatOfEveryMoment) {
   GroomFile file;
   file.first_point = {0, 3};
   file.points = {{0, 0, 0}, {0, 0, 1}, {0, 1, 2}};

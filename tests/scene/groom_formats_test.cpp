@@ -174,20 +174,20 @@ TEST(GroomFormats, PbrtSaysItsMaterialInTheWordsOfTheCommandLine) {
   EXPECT_NE(groom.ignored[0].name.find("sphere"), std::string::npos);
 }
 
-TEST(GroomFormats, PbrtsMaterialsAreToldOnceTheirColorsAreRead) {
+TEST(GroomFormats, PbrtsMaterialsAreListedOnceTheirColorsAreRead) {
   const std::pair<std::string, std::string> materials[] = {
       {R"("float eumelanin" [ 0.3 ])", "hair: --melanin 0.3,0 --eccentricity 1; eta 1.55"},
       {R"("rgb reflectance" [ 0.5 0.25 0.125 ])", "hair: --color 0.5,0.25,0.125 --eccentricity 1"},
       {"", "hair: --melanin 1.3,0 --eccentricity 1"},
       {R"("spectrum sigma_a" [ 400 0.1 700 0.2 ])", "hair: a color that is not rgb, which is not read; --ecc"},
       {R"("texture reflectance" "roots")", "hair: a color that is not rgb"}};
-  for (const auto& [said, told] : materials) {
+  for (const auto& [said, listed] : materials) {
     const fs::path file = fs::path(::testing::TempDir()) / "tress_material.pbrt";
     std::ofstream(file) << "WorldBegin\nMaterial \"hair\" " << said
                         << "\nShape \"curve\" \"point3 P\" [ 0 0 0 0 0 -1 0 0 -2 0 0.5 -3 ]\n";
     const GroomFile groom = read(file);
     ASSERT_EQ(groom.materials.size(), 1u) << said;
-    EXPECT_EQ(groom.materials[0].find(told), 0u) << groom.materials[0];
+    EXPECT_EQ(groom.materials[0].find(listed), 0u) << groom.materials[0];
     fs::remove(file);
   }
 }

@@ -114,7 +114,7 @@ struct TemporaryFile {
 };
 
 /// The same map through both formats, each under the other's name.
-TEST(EnvironmentFile, TellsTheFormatByContent) {
+TEST(EnvironmentFile, FindsTheFormatByContent) {
   image::Picture picture;
   picture.width = 8;
   picture.height = 4;

@@ -20,7 +20,7 @@ namespace {
 using Bytes = std::vector<unsigned char>;
 
 /// Parts of a file, and how much of it they are.
-struct Told {
+struct Progress {
   std::size_t bytes = 0;
   std::span<const unsigned char> whole;
   void operator()(std::span<const unsigned char> part) {
@@ -41,10 +41,10 @@ TEST(LargeGroom, AHairFileIsLetGoAsItIsRead) {
     const float x = static_cast<float>(i % 4096) / 64;
     std::memcpy(bytes.data() + 128 + 4 * i, &x, 4);
   }
-  Told told{.whole = bytes};
-  const auto groom = parse_hair_file(bytes, "large.hair", std::ref(told));
+  Progress progress{.whole = bytes};
+  const auto groom = parse_hair_file(bytes, "large.hair", std::ref(progress));
   ASSERT_TRUE(groom) << groom.error().message();
-  EXPECT_GT(told.bytes, bytes.size() / 2);
+  EXPECT_GT(progress.bytes, bytes.size() / 2);
   ASSERT_EQ(groom->points.size(), points);
   for (const std::size_t i : {std::size_t{0}, points / 2, points - 1})
     EXPECT_EQ(groom->points[i].y, static_cast<float>((3 * i + 1) % 4096) / 64);
@@ -59,10 +59,10 @@ TEST(LargeGroom, AUsdTextTakesMemoryForItsPointsOnce) {
     text += fmt::format("{}({}.015625, 0.123456789, -1.5)", i ? ", " : "", i % 97);
   text += "]\n}\n";
   const Bytes bytes(text.begin(), text.end());
-  Told told{.whole = bytes};
-  const auto groom = read_usda({.bytes = bytes, .name = "large.usda", .done_with = std::ref(told)});
+  Progress progress{.whole = bytes};
+  const auto groom = read_usda({.bytes = bytes, .name = "large.usda", .done_with = std::ref(progress)});
   ASSERT_TRUE(groom) << groom.error().message();
-  EXPECT_GT(told.bytes, bytes.size() / 2);
+  EXPECT_GT(progress.bytes, bytes.size() / 2);
   ASSERT_EQ(groom->points.size(), std::size_t{strands} * points);
   EXPECT_LE(groom->points.capacity(), groom->points.size() + 1);
   for (const std::size_t i : {std::size_t{0}, groom->points.size() - 1})

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Integral of the density that light_along() tells, over the place on the rectangle (solid angle = cos dA / d^2) or
+/// Integral of the density that light_along() returns, over the place on the rectangle (solid angle = cos dA / d^2) or
 /// over the cone in which the light lies by elementary geometry.
 double density_integral(const Light& light, const glm::vec3& point) {
   if (light.kind == Light::Kind::rectangle) {

@@ -50,7 +50,7 @@ TEST(ObjFile, ReadsEveryFormOfFace) {
   EXPECT_EQ(file->triangles[0], glm::uvec3(2, 1, 0));
 }
 
-/// The same for texture coordinates; those of a bad line are none.
+/// The same for texture coordinates; those of a bad line count as missing.
 TEST(ObjFile, ReadsTextureCoordinatesWhereTheyAreGood) {
   const auto file =
       parse_obj(square + "vt 0.5 -2 9\nvt 1 nonsense\nvt 1e7 0\nvt 0.25 3\nf 1/1 2/-1 3/4\nf 1/2 2/3 3/9\nf 1 2 3\n");
@@ -63,7 +63,7 @@ TEST(ObjFile, ReadsTextureCoordinatesWhereTheyAreGood) {
   EXPECT_TRUE(parse_obj(square + "vt 0 0\nf 1 2 3\n")->corner_uvs.empty());
 }
 
-/// A corner names a normal that is there so far, from the front or the back; any other is none, and files that name
+/// A corner names a normal that is there so far, from the front or the back; any other is ignored, and files that name
 /// normals badly are read as before.
 TEST(ObjFile, ReadsNormalsWhereTheyAreGood) {
   const auto file = parse_obj(square + "vn 0 0 2\nvn 1 nonsense\nvn 1 0 0\nf 1//1 2//-1 3//2 4//9\nf 1 2 3\n");

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
@@ -93,8 +94,44 @@ inline bool replace_table(const std::string& table, std::string* text) {
   return true;
 }
 
-/// Gives every value of a schema the range and the sentence of its parameter; the number of values, or -1 where one has
-/// no parameter.
+/// A rule of a schema for the values of a parameter, to which describe_values() adds ranges. Null for kinds that a
+/// schema spells out by name.
+inline nlohmann::ordered_json rule_of(const Parameter& parameter) {
+  nlohmann::ordered_json rule;
+  const nlohmann::ordered_json number{{"type", "number"}, {"minimum", 0}, {"maximum", 0}};
+  switch (parameter.kind) {
+    case ValueKind::number:
+    case ValueKind::whole:
+      rule = number;
+      break;
+    case ValueKind::triple:
+      rule = {{"type", "array"}, {"minItems", 3}, {"maxItems", 3}, {"items", number}};
+      break;
+    case ValueKind::text:
+      rule = {{"type", "string"}, {"minLength", 1}, {"maxLength", 4096}};
+      break;
+    case ValueKind::flag:
+      rule = {{"type", "boolean"}};
+      break;
+    case ValueKind::only_true:
+      rule = {{"const", true}};
+      break;
+    case ValueKind::choice:
+      rule["enum"] = choices_of(parameter);
+      break;
+    default:
+      return nullptr;
+  }
+  const auto usual = nlohmann::ordered_json::parse(parameter.usual, nullptr, false);
+  if (!usual.is_discarded()) rule["default"] = usual;
+  if (parameter.kind == ValueKind::choice && std::ranges::count(choices_of(parameter), parameter.usual) > 0)
+    rule["default"] = parameter.usual;
+  if (parameter.varies) return {{"oneOf", nlohmann::ordered_json::array({rule, {{"type", "object"}}})}};
+  return rule;
+}
+
+/// Gives every value of a schema the range and the sentence of its parameter, and adds the keys that it lacks; the
+/// number of values, or -1 where one has no parameter.
 inline int describe_values(nlohmann::ordered_json* node, const std::string& place) {
   const auto sum = [](int a, int b) { return a < 0 || b < 0 ? -1 : a + b; };
   int count = 0;
@@ -108,6 +145,11 @@ inline int describe_values(nlohmann::ordered_json* node, const std::string& plac
     return parameter != nullptr && parameter->varies ? 1 : -1;
   }
   if (node->value("type", "") == "object") {
+    for (const std::string& key : keys_at(place)) {
+      const Parameter* parameter = parameter_at(place + "/" + key);
+      if (parameter == nullptr || (*node)["properties"].contains(key)) continue;
+      if (auto rule = rule_of(*parameter); !rule.is_null()) (*node)["properties"][key] = std::move(rule);
+    }
     for (auto& [key, property] : (*node)["properties"].items())
       count = sum(count, describe_values(&property, place + "/" + key));
     return count;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -48,6 +49,21 @@ TEST(Parameters, HaveASentenceEachAndARangeWithoutGaps) {
   EXPECT_EQ(parameter_at("eta"), nullptr);
 }
 
+TEST(Parameters, KeysOfAnObjectAreThoseOfTheTable) {
+  using Keys = std::vector<std::string>;
+  EXPECT_EQ(keys_at("/materials/17/medulla"), (Keys{"radius", "scattering", "asymmetry", "absorption"}));
+  EXPECT_EQ(keys_at("/materials/0/azimuthal_sigma_deg"), (Keys{"TT", "TRT", "TRRT"}));
+  EXPECT_EQ(keys_at("/environment/sky/sun"), keys_at("/lights/0/distant"));
+  EXPECT_EQ(keys_at("/environment/shadow_link"), (Keys{"include", "exclude"}));
+  EXPECT_EQ(keys_at("/lights/0/frames/3"), (Keys{"frame", "scale", "rotate_deg", "translate"}));
+  EXPECT_EQ(keys_at("").front(), "$schema");
+  EXPECT_EQ(std::ranges::count(keys_at(""), "SOURCE"), 0);
+  EXPECT_EQ(choices_of(*parameter_at("/materials/0/longitudinal_shape")), (Keys{"logistic", "gaussian", "cauchy"}));
+  EXPECT_TRUE(choices_of(*parameter_at("/materials/0/eta")).empty());
+  EXPECT_TRUE(keys_at("/materials/0/eta").empty());
+  EXPECT_TRUE(keys_at("/materials/0/longitudinal_shape").empty());
+}
+
 // TRESS_REWRITE=1 in the environment writes both documents as the table has them, in place of comparing.
 void expect_document(const char* name, const std::string& wanted) {
   const auto file = std::filesystem::path(TRESS_SOURCE_DIR) / "scenes" / name;
@@ -60,6 +76,18 @@ TEST(Parameters, TheSchemaHasTheirRangesAndSentences) {
   auto schema = nlohmann::ordered_json::parse(text_of(scenes() / "schema.json"));
   EXPECT_GT(describe_values(&schema, ""), 100);
   expect_document("schema.json", schema.dump(1) + "\n");
+}
+
+/// A key of the table that the schema lacks is added to it as it was.
+TEST(Parameters, TheSchemaGetsTheKeysThatItLacks) {
+  const auto schema = nlohmann::ordered_json::parse(text_of(scenes() / "schema.json"));
+  const nlohmann::ordered_json::json_pointer properties("/properties/materials/items/properties");
+  for (const char* key : {"eta", "presence", "twist", "root_angle_deg", "sigma_a", "glint", "name", "fresnel"}) {
+    auto lacks = schema;
+    lacks[properties].erase(key);
+    ASSERT_GT(describe_values(&lacks, ""), 100);
+    EXPECT_EQ(lacks[properties][key], schema[properties][key]) << key;
+  }
 }
 
 TEST(Parameters, TheTablesOfTheManualAreTheirs) {

@@ -10,7 +10,7 @@
 #include <numbers>
 
 #include "scene/model/hair_colors.h"
-#include "scene/read/grooms/told_basis.h"
+#include "scene/read/grooms/given_basis.h"
 #include "scene/read/load_scene.h"
 #include "tress/fiber/lock_color.h"
 #include "tress/fiber/principled_hair.h"

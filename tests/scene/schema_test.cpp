@@ -271,7 +271,7 @@ TEST(Schema, HasTheKeysThatTheParserKnowsAndNoOthers) {
 }
 
 /// Which keys need or exclude which: random halves of the keys of each object, seed 31. Kinds of grooms take keys of
-/// their own, which the schema does not tell.
+/// their own, which the schema does not list.
 TEST(Schema, AgreesWithTheParserOnWhatGoesTogether) {
   RandomStream random(31);
   std::map<bool, int> seen;

@@ -350,10 +350,10 @@ TEST(StrandFibers, HaveTheColorsOfTheirPointsInTheMeanAtEveryPlace) {
       }
     }
     // 4 bytes a station and 12 a color: 33 of those a strand, and one a point of these.
-    const char* told = basis == StrandBasis::bezier         ? "at 132000 places along the strands (1.1 MB)"
-                       : basis == StrandBasis::open_bspline ? "at 132000 places along the strands (0.8 MB)"
-                                                            : "at 132000 places along the strands (0.7 MB)";
-    EXPECT_NE(scene.notes.at(0).find(told), std::string::npos) << scene.notes[0];
+    const char* expected = basis == StrandBasis::bezier         ? "at 132000 places along the strands (1.1 MB)"
+                           : basis == StrandBasis::open_bspline ? "at 132000 places along the strands (0.8 MB)"
+                                                                : "at 132000 places along the strands (0.7 MB)";
+    EXPECT_NE(scene.notes.at(0).find(expected), std::string::npos) << scene.notes[0];
   }
 }
 

@@ -1,4 +1,4 @@
-// Textures of meshes: bilinear values by hand, repeats, and what a scene that has one is told.
+// Textures of meshes: bilinear values by hand, repeats, and what is reported of a scene that has one.
 #include "scene/model/texture.h"
 
 #include <fmt/format.h>
@@ -113,7 +113,7 @@ TEST_F(TexturedMesh, HasItsUvsItsTextureAndItsCoat) {
   EXPECT_FLOAT_EQ(mesh.coat->eta, 1.4f);
 }
 
-TEST_F(TexturedMesh, TellsWhatIsWrong) {
+TEST_F(TexturedMesh, ReportsWhatIsWrong) {
   EXPECT_NE(
       refusal(R"({"file": "plain.obj", "albedo_file": "color.exr"})").find("expected faces with texture coordinates"),
       std::string::npos);

@@ -88,10 +88,10 @@ KnotDensity with_attributes(const KnotDensity& table, const TracedNodes& nodes) 
   }
   // The kernel was not normalised, so any real mass is far above rounding error.
   for (std::size_t k = 0; k < count; ++k) {
-    const Moments& told = moments[k][0] > 1e-9 * all[0] ? moments[k] : all;
-    const double mean = told[1] / told[0];
+    const Moments& known = moments[k][0] > 1e-9 * all[0] ? moments[k] : all;
+    const double mean = known[1] / known[0];
     knots[k].attribute_mean = static_cast<float>(mean);
-    knots[k].attribute_variance = static_cast<float>(std::max(0.0, told[2] / told[0] - mean * mean));
+    knots[k].attribute_variance = static_cast<float>(std::max(0.0, known[2] / known[0] - mean * mean));
   }
   return KnotDensity(std::move(knots));
 }

@@ -21,7 +21,7 @@
 // What differs from the publication:
 // - There A_p is taken whole at theta_d, E_p N^_p with E_p(theta_d): reciprocal, but its furnace of clear hair is 1 for
 //   narrow lobes only: 0.99 to 1.61 for roughness 0.05 to 0.5 and theta_r up to 88 degrees, with the widths that are
-//   told below (tests/models/deon2011_test.cpp). With E_p at the specular cone it is 1 for any width and number of
+//   stated below (tests/models/deon2011_test.cpp). With E_p at the specular cone it is 1 for any width and number of
 //   points.
 // - The orders that are traced one by one end at TRRT.
 // - Sampling: the publication draws one h at random, a lobe by A_p(h) there, and its weights are those of the lobes at

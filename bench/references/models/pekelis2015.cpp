@@ -274,7 +274,7 @@ class Pekelis2015 final : public RowModel {
       const auto lane = static_cast<int>(l);
       const glm::vec3 s = gain_of(parameters, l) * azimuthal * seen[lane];
       value.s[static_cast<std::size_t>(layer_of(parameters, l))] += s;
-      if (l >= trt && service_ != nullptr) rows.tell_part(row, s);
+      if (l >= trt && service_ != nullptr) rows.set_part(row, s);
       value.pdf += chosen * m[lane] * proposal;
     }
     value.pdf = std::max(value.pdf, smallest_pdf);

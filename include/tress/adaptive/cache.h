@@ -112,7 +112,7 @@ class MergedRows final : public RowSource {
     RowSource& rows;
     const SliceDescription* slice = nullptr;  ///< the next slice that is not yet returned
     const CachedRow* row = nullptr;           ///< the next row that is not yet returned
-    bool tells = false;                       ///< whether its slice is the current one
+    bool is_current = false;                  ///< whether its slice is the current one
     bool has_slice = false, has_row = false;  ///< slice and row were returned: read the next
   };
   static void read_slice(Side& side);

@@ -21,7 +21,7 @@ def find_program(preferred):
 
 
 class Status:
-    """What the last pass told: a share of the work in [0, 1], and a sentence."""
+    """What the last pass reported: a share of the work in [0, 1], and a sentence."""
 
     def __init__(self, share, text):
         self.share, self.text = share, text
@@ -83,11 +83,11 @@ class Job:
         newest = None
         for line in text[:end].splitlines():
             try:
-                told = json.loads(line)
+                fields = json.loads(line)
             except ValueError:
                 continue
-            if told.get("type") == "pass":
-                newest = told
+            if fields.get("type") == "pass":
+                newest = fields
         return status_of(newest, *self.goal) if newest else None
 
     def new_picture(self):
@@ -127,16 +127,16 @@ class Job:
         return "\n".join(lines) or "tress ended without a word"
 
 
-def status_of(told, pixels, samples=None, noise=None):
+def status_of(line, pixels, samples=None, noise=None):
     """The status line of a pass of telemetry (adaptive/telemetry/README.md), and how far it is: of `pixels` with
     `samples` each, or until the noise is `noise`."""
-    a_pixel = told.get("samples", 0) / max(pixels, 1)
-    parts = [f"pass {told.get('pass', 0) + 1}", f"{a_pixel:.3g} samples a pixel"]
-    if told.get("noise"):
-        parts.append(f"noise {told['noise']:.2g}")
-    if told.get("queries"):
-        parts.append(f"{100 * told.get('converged_query_share', 0):.1f} % of queries on converged rows")
+    a_pixel = line.get("samples", 0) / max(pixels, 1)
+    parts = [f"pass {line.get('pass', 0) + 1}", f"{a_pixel:.3g} samples a pixel"]
+    if line.get("noise"):
+        parts.append(f"noise {line['noise']:.2g}")
+    if line.get("queries"):
+        parts.append(f"{100 * line.get('converged_query_share', 0):.1f} % of queries on converged rows")
     share = a_pixel / samples if samples else 0.0
-    if noise and told.get("noise"):
-        share = (noise / told["noise"]) ** 2
+    if noise and line.get("noise"):
+        share = (noise / line["noise"]) ** 2
     return Status(min(share, 1.0), ", ".join(parts))

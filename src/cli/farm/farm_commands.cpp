@@ -96,7 +96,7 @@ int run_command(std::vector<std::string> words) {
 }
 
 CLI::Option* add_farm_folder(CLI::App* app, std::filesystem::path* folder) {
-  return app->add_option("FOLDER", *folder, "folder of a farm, as tress farm has told it")
+  return app->add_option("FOLDER", *folder, "folder of a farm, as tress farm has printed it")
       ->required()
       ->type_name("FOLDER");
 }

@@ -74,8 +74,9 @@ std::vector<std::string> render_words(const Farm& opened, const RunSettings& set
   }
   // Slurm limits the task to these cores, but its processes see the whole machine.
   const std::string cores = environment("SLURM_CPUS_ON_NODE");
-  const bool told = std::ranges::any_of(plan.options, [](const auto& word) { return word.starts_with("--threads"); });
-  if (!cores.empty() && !told) add("--threads", cores);
+  const bool has_threads =
+      std::ranges::any_of(plan.options, [](const auto& word) { return word.starts_with("--threads"); });
+  if (!cores.empty() && !has_threads) add("--threads", cores);
   if (!settings.progress.empty()) add("--progress", settings.progress);
   words.insert(words.end(), plan.options.begin(), plan.options.end());
   return words;
@@ -106,7 +107,7 @@ int render_task(const Farm& opened, const RunSettings& settings) {
   return status == 0 ? share_table(opened, settings.task) : status;
 }
 
-bool tell(const std::filesystem::path& file, const farm::TaskState& state) {
+bool save_state(const std::filesystem::path& file, const farm::TaskState& state) {
   const std::optional<Error> error = farm::write_state(file, state);
   if (error) log_error(error->message());
   return !error;
@@ -123,7 +124,7 @@ int run_locked(const Farm& opened, const RunSettings& settings) {
   if (state.phase == farm::Phase::done) state = {};
   if (state.attempts > opened.plan.retries) {
     state.phase = farm::Phase::failed;
-    tell(file, state);
+    save_state(file, state);
     log_error(fmt::format("task {}: expected an end after {} attempts, found none; tress farm again starts anew",
                           settings.task, state.attempts));
     return 1;
@@ -134,7 +135,7 @@ int run_locked(const Farm& opened, const RunSettings& settings) {
   ++state.attempts;
   std::error_code ignored;
   std::filesystem::remove(farm::merge_state_file(opened.folder), ignored);
-  if (!tell(file, state)) return 1;
+  if (!save_state(file, state)) return 1;
 
   state.status = render_task(opened, settings);
   const bool by_signal = state.status > 128;
@@ -144,7 +145,7 @@ int run_locked(const Farm& opened, const RunSettings& settings) {
                 : again           ? farm::Phase::waiting
                                   : farm::Phase::failed;
   if (by_signal) --state.attempts;
-  if (!tell(file, state)) return 1;
+  if (!save_state(file, state)) return 1;
   return again ? try_again_status : state.status;
 }
 

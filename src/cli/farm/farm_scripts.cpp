@@ -152,11 +152,11 @@ int submit_to_slurm(const Farm& opened, const farm::SlurmOptions& options, const
 
 std::string jobs_in_queue(const std::filesystem::path& folder) {
   std::ifstream in(folder / "submitted.json", std::ios::binary);
-  const nlohmann::json told = nlohmann::json::parse(in, nullptr, false);
-  if (!told.is_object() || !told.contains("jobs") || !told["jobs"].is_array()) return {};
+  const nlohmann::json submitted = nlohmann::json::parse(in, nullptr, false);
+  if (!submitted.is_object() || !submitted.contains("jobs") || !submitted["jobs"].is_array()) return {};
   std::string queued;
   // The jobs are looked up one by one, because Slurm refuses a list with a job that it has forgotten.
-  for (const nlohmann::json& job : told["jobs"]) {
+  for (const nlohmann::json& job : submitted["jobs"]) {
     if (!job.is_string()) continue;
     const ProgramResult shown =
         run_program({"squeue", "--noheader", "--format=%i", "--jobs=" + job.get<std::string>()});
@@ -166,7 +166,7 @@ std::string jobs_in_queue(const std::filesystem::path& folder) {
   return queued;
 }
 
-void tell_commands(const Farm& opened, const std::string& scheduler) {
+void print_commands(const Farm& opened, const std::string& scheduler) {
   const auto word = [&](const char* name) { return farm::shell_word((opened.folder / name).string()); };
   const bool all = scheduler == "none";
   if (all) fmt::print("here      sh {}\n", word("local.sh"));

@@ -21,6 +21,6 @@ int submit_to_slurm(const Farm& opened, const farm::SlurmOptions& options, const
 std::string jobs_in_queue(const std::filesystem::path& folder);
 
 /// Prints the commands for this scheduler, or for all of them if it is "none".
-void tell_commands(const Farm& opened, const std::string& scheduler);
+void print_commands(const Farm& opened, const std::string& scheduler);
 
 }  // namespace tress::cli

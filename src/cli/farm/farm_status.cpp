@@ -22,7 +22,7 @@ struct StatusSettings {
 
 struct TaskStatus {
   std::string state;  ///< from phase_name(), or "killed", "lost"
-  farm::TaskState told;
+  farm::TaskState recorded;
   std::size_t pictures = 0;  ///< finished
 };
 
@@ -45,10 +45,10 @@ std::size_t finished_pictures(const Farm& opened, std::size_t task) {
 TaskStatus status_of(const Farm& opened, std::size_t task) {
   const std::filesystem::path file = opened.files(task).state;
   TaskStatus status;
-  status.told = farm::read_state(file);
-  status.state = farm::phase_name(status.told.phase);
-  if (status.told.phase == farm::Phase::running && !farm::is_held(file)) status.state = "killed";
-  if (status.told.phase == farm::Phase::done && !opened.is_done(task)) status.state = "lost";
+  status.recorded = farm::read_state(file);
+  status.state = farm::phase_name(status.recorded.phase);
+  if (status.recorded.phase == farm::Phase::running && !farm::is_held(file)) status.state = "killed";
+  if (status.recorded.phase == farm::Phase::done && !opened.is_done(task)) status.state = "lost";
   status.pictures = finished_pictures(opened, task);
   return status;
 }
@@ -66,16 +66,16 @@ nlohmann::ordered_json to_json(const Farm& opened, const std::vector<TaskStatus>
                      {"state", all[i].state},
                      {"frames", frames_of(opened.tasks[i])},
                      {"pictures", all[i].pictures},
-                     {"attempts", all[i].told.attempts},
-                     {"status", all[i].told.status},
-                     {"host", all[i].told.host},
-                     {"job", all[i].told.job}});
+                     {"attempts", all[i].recorded.attempts},
+                     {"status", all[i].recorded.status},
+                     {"host", all[i].recorded.host},
+                     {"job", all[i].recorded.job}});
   }
   return {{"folder", opened.folder.string()}, {"done", done}, {"merged", opened.is_merged()}, {"tasks", tasks}};
 }
 
 /// Exit status 0: everything is rendered and merged; 3: not yet; 1: no farm, or a task has failed for good.
-int tell_status(const StatusSettings& settings) {
+int print_status(const StatusSettings& settings) {
   const Result<Farm> opened = open_farm(settings.folder);
   if (!opened) {
     log_error(opened.error().message());
@@ -103,8 +103,8 @@ int tell_status(const StatusSettings& settings) {
   fmt::print("  {:>4} {:11} {:>8} {:>8}  {:16} {:14} {}\n", "task", "state", "attempts", "pictures", "frames", "job",
              "host");
   for (std::size_t i = 0; i < all.size(); ++i) {
-    fmt::print("  {:4} {:11} {:8} {:8}  {:16} {:14} {}\n", i, all[i].state, all[i].told.attempts, all[i].pictures,
-               frames_of(opened->tasks[i]), all[i].told.job, all[i].told.host);
+    fmt::print("  {:4} {:11} {:8} {:8}  {:16} {:14} {}\n", i, all[i].state, all[i].recorded.attempts, all[i].pictures,
+               frames_of(opened->tasks[i]), all[i].recorded.job, all[i].recorded.host);
   }
   return status;
 }
@@ -117,7 +117,7 @@ CLI::App* add_farm_status(CLI::App& farm, std::function<int()>* run) {
       farm.add_subcommand("status", "Where every task is; exit 0: all done and merged, 3: not yet, 1: one has failed");
   add_farm_folder(command, &settings->folder);
   command->add_flag("--json", settings->json, "print JSON");
-  *run = [settings] { return tell_status(*settings); };
+  *run = [settings] { return print_status(*settings); };
   return command;
 }
 

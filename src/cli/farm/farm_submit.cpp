@@ -180,7 +180,7 @@ int submit(SubmitSettings settings) {
   log_note(fmt::format("{}: {} of {} tasks to do; see tress farm status", opened->folder.string(), left->size(),
                        opened->tasks.size()));
   if (settings.scheduler == "slurm") return submit_to_slurm(*opened, settings.slurm, *left);
-  tell_commands(*opened, settings.scheduler);
+  print_commands(*opened, settings.scheduler);
   return 0;
 }
 

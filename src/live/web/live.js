@@ -197,7 +197,7 @@ function seeLook(status) {
 }
 const lookOptions = {melanin: '--melanin', roughness: '--roughness', eccentricity: '--eccentricity', tilt: '--cuticle-tilt', lights: '--light-scale'};
 
-function tell(status) {
+function showStatus(status) {
   if (status.facts) {
     at('title').textContent = `tress: ${status.facts.output.split('/').pop()}`;
     at('title').title = status.facts.output;
@@ -235,7 +235,7 @@ async function turn() {
       at('layer').replaceChildren(...status.layers.map((layer) => new Option(layer, layer)));
       if (status.layers.includes(chosen)) at('layer').value = chosen;
     }
-    tell(status);
+    showStatus(status);
     if (status.passes.length) drawCharts();
     if (status.picture > 0) {
       await fetchLayer('', status.picture);

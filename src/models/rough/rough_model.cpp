@@ -76,7 +76,7 @@ class RoughModel final : public EventRowModel {
     if (constants.row.has_converged) {
       value_at(event, constants, answer_of(constants.row), clamped(wi), value);
     } else {
-      tell_of_estimate(event, constants, clamped(wi), value);
+      set_estimate(event, constants, clamped(wi), value);
     }
     return value.pdf;
   }
@@ -222,7 +222,7 @@ class RoughModel final : public EventRowModel {
       FiberSample sample = constants.row.formed != nullptr && !service_->options().own_paths
                                ? heard(event, constants, u, 0).sample
                                : fibers_.traced().sample(event.fiber, constants.traced, fiber, u);
-      tell_of_estimate(event, constants, sample.wi, sample.value);
+      set_estimate(event, constants, sample.wi, sample.value);
       for (glm::vec3& s : sample.value.s) s *= sample.value.pdf;
       return sample;
     }
@@ -284,13 +284,13 @@ class RoughModel final : public EventRowModel {
   FiberValue estimated(const FiberEvent& event, const RoughConstants& constants, const FiberDirection& wi) const {
     FiberValue value = fibers_.traced().estimate(event, constants.traced, fibers_.record(event.fiber).parameters, wi,
                                                  constants.offset);
-    tell_of_estimate(event, constants, wi, value);
+    set_estimate(event, constants, wi, value);
     return value;
   }
   /// Sets everything but S. The pdf is the density that balances the event against sampled lights; any positive
   /// function would be valid.
-  void tell_of_estimate(const FiberEvent& event, const RoughConstants& constants, const FiberDirection& wi,
-                        FiberValue& value) const {
+  void set_estimate(const FiberEvent& event, const RoughConstants& constants, const FiberDirection& wi,
+                    FiberValue& value) const {
     float balance = fibers_.balance(event.fiber, constants.offset);
     if (constants.offset == Offset::known) balance += fibers_.traced().reflection(event.fiber, constants.traced, wi);
     value.pdf = balance * std::max(std::cos(wi.theta), 1e-4f);

@@ -37,8 +37,8 @@ scene = tress.Scene(
     grooms=[tress.Groom(name="curls", strands=strands, material="curls")],
 )
 
-# %% The picture, with what it tells on the way
-picture = tress.render(scene, progress=lambda told: print(f"{told.share:4.0%} noise {told.noise:.3f}", end="\r"))
+# %% The picture, with its progress on the way
+picture = tress.render(scene, progress=lambda done: print(f"{done.share:4.0%} noise {done.noise:.3f}", end="\r"))
 picture.save("curls.exr")
 print(picture, {key: picture.stats[key] for key in ("seconds", "noise", "stopped_by")})
 

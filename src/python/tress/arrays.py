@@ -42,7 +42,7 @@ class Strands:
     "clamped_catmull_rom", "open_bspline", "open_catmull_rom", "bezier", "hermite".
     normal: (strand, point, 3) or one a point, along the minor axes of the fibers' cross-sections, any length; 0 where
     there is none. Without it the axes are the material's.
-    id: a whole number a strand, which tells what is random of it; without it its index does. root_uv: (strand, 2),
+    id: a whole number a strand, which seeds what is random of it; without it its index does. root_uv: (strand, 2),
     where its root is on a material's textures.
     """
 
@@ -102,7 +102,7 @@ class Strands:
         return self.points[first : first + int(self.counts[index])]
 
     def _native(self) -> dict[str, Any]:
-        told = {
+        fields = {
             "points": self.points,
             "counts": self.counts,
             "width": self.width,
@@ -114,7 +114,7 @@ class Strands:
             "cm_per_unit": float(self.cm_per_unit),
             "up": self.up,
         }
-        return {key: value for key, value in told.items() if value is not None}
+        return {key: value for key, value in fields.items() if value is not None}
 
 
 class Triangles:
@@ -137,8 +137,8 @@ class Triangles:
         self.uvs = None if uvs is None else _rows(uvs, 2, "uvs")
 
     def _native(self) -> dict[str, Any]:
-        told = {key: getattr(self, key) for key in self.__slots__}
-        return {key: value for key, value in told.items() if value is not None}
+        fields = {key: getattr(self, key) for key in self.__slots__}
+        return {key: value for key, value in fields.items() if value is not None}
 
 
 def read_groom(
@@ -148,18 +148,18 @@ def read_groom(
     a unit is 1 cm and z is up: set `cm_per_unit` and `up`. `frame` is that of an animated file, in place of its first
     sample. The arrays own what was read. `remarks` says what of the
     file is not used."""
-    told = _tress.read_groom(os.fspath(file), points_per_strand, frame)
+    fields = _tress.read_groom(os.fspath(file), points_per_strand, frame)
     strands = Strands(
-        told["points"],
-        told["counts"],
-        width=told.get("width"),
-        color=told.get("color"),
-        basis=told.get("basis", "bspline"),
-        cm_per_unit=told.get("cm_per_unit", 1.0),
-        up=told.get("up", "z"),
-        id=told.get("id"),
-        root_uv=told.get("root_uv"),
+        fields["points"],
+        fields["counts"],
+        width=fields.get("width"),
+        color=fields.get("color"),
+        basis=fields.get("basis", "bspline"),
+        cm_per_unit=fields.get("cm_per_unit", 1.0),
+        up=fields.get("up", "z"),
+        id=fields.get("id"),
+        root_uv=fields.get("root_uv"),
     )
     for key in ("normal", "remarks"):
-        setattr(strands, key, told.get(key))
+        setattr(strands, key, fields.get(key))
     return strands

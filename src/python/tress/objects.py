@@ -6,231 +6,74 @@ What is None is not said, and the scene file's default holds. Keys with keys of 
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Optional, TypeVar, Union
+from typing import Any, Optional, Union
 
 import numpy as np
 
 from .arrays import Strands, Triangles
-
-Triple = Sequence[float]
-Keys = Mapping[str, Any]
-T = TypeVar("T", bound="_Object")
-
-
-def _plain(value: Any) -> Any:
-    """As JSON has it: numpy's numbers and arrays too."""
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
-    return value
+from .keyed import Keyed, Keys, plain
+from .scene_keys import (
+    CameraKeys,
+    EnvironmentKeys,
+    GroomKeys,
+    ImageKeys,
+    LightKeys,
+    MaterialKeys,
+    MeshKeys,
+)
 
 
 @dataclass(kw_only=True, slots=True)
-class _Object:
-    """Keys that were read and are none of ours, for the reader of scene files to refuse."""
-
-    _other: dict[str, Any] = field(default_factory=dict, repr=False)
-
-    @classmethod
-    def from_keys(cls: type[T], keys: Keys) -> T:
-        """Of an object of a scene file."""
-        names = {item.name for item in dataclasses.fields(cls)} - {"_other"}
-        made = cls(**{key: value for key, value in keys.items() if key in names})
-        made._other = {key: value for key, value in keys.items() if key not in names}
-        return made
-
-    def keys(self) -> dict[str, Any]:
-        """What is said, by key, as a scene file has it. Arrays are left out."""
-        told = {}
-        for item in dataclasses.fields(self):
-            value = getattr(self, item.name)
-            if item.name != "_other" and value is not None and not isinstance(value, (Strands, Triangles)):
-                told[item.name] = _plain(value)
-        return told | self._other
-
-
-@dataclass(kw_only=True, slots=True)
-class Camera(_Object):
+class Camera(CameraKeys):
     """Without `eye` it is placed so that it sees all hair."""
 
-    frame: Optional[bool] = None
-    turn_deg: Optional[float] = None
-    eye: Optional[Triple] = None
-    look_at: Optional[Triple] = None
-    up: Optional[Triple] = None
-    vertical_fov_deg: Optional[float] = None
-    focal_length_mm: Optional[float] = None
-    sensor_mm: Optional[float] = None
-    sensor_fit: Optional[str] = None
-    orthographic_height_cm: Optional[float] = None
-    shift_x: Optional[float] = None
-    shift_y: Optional[float] = None
-    depth_of_field: Optional[Keys] = None
-    frames: Optional[Sequence[Keys]] = None
-    turntable: Optional[Keys] = None
-    shutter: Optional[Keys] = None
-    motion_samples: Optional[int] = None
-    frames_per_second: Optional[float] = None
-
 
 @dataclass(kw_only=True, slots=True)
-class Image(_Object):
+class Image(ImageKeys):
     """The size of the picture, samples a pixel, and what its preview looks like."""
 
-    width: Optional[int] = None
-    height: Optional[int] = None
-    samples: Optional[int] = None
-    least_width: Optional[float] = None
-    curve_error: Optional[float] = None
-    transparent: Optional[bool] = None
-    exposure: Optional[float] = None
-    view: Optional[str] = None
-
 
 @dataclass(kw_only=True, slots=True)
-class Environment(_Object):
+class Environment(EnvironmentKeys):
     """One of studio, constant, sky, file and pixels: a latitude-longitude map, (height, width, 3), linear, top row up."""
 
-    file: Optional[str] = None
-    constant: Optional[Triple] = None
-    studio: Optional[bool] = None
-    rotate_deg: Optional[float] = None
-    frames: Optional[Sequence[Keys]] = None
-    scale: Optional[float] = None
-    sky: Optional[Keys] = None
-    group: Optional[str] = None
-    light_link: Optional[Keys] = None
-    shadow_link: Optional[Keys] = None
     pixels: Optional[np.ndarray] = None
 
 
 @dataclass(kw_only=True, slots=True)
-class Light(_Object):
+class Light(LightKeys):
     """One of distant, sphere, rectangle and spot, a dict of the keys of its kind."""
-
-    distant: Optional[Keys] = None
-    sphere: Optional[Keys] = None
-    rectangle: Optional[Keys] = None
-    spot: Optional[Keys] = None
-    scale: Optional[float] = None
-    rotate_deg: Optional[Triple] = None
-    translate: Optional[Triple] = None
-    frames: Optional[Sequence[Keys]] = None
-    visible: Optional[bool] = None
-    group: Optional[str] = None
-    light_link: Optional[Keys] = None
-    shadow_link: Optional[Keys] = None
 
 
 @dataclass(kw_only=True, slots=True)
-class Mesh(_Object):
+class Mesh(MeshKeys):
     """A mesh of a file, or of arrays."""
 
-    name: Optional[str] = None
-    file: Optional[str] = None
-    up: Optional[str] = None
-    cm_per_unit: Optional[float] = None
-    scale: Optional[float] = None
-    rotate_deg: Optional[Triple] = None
-    translate: Optional[Triple] = None
-    frames: Optional[Sequence[Keys]] = None
-    albedo: Optional[Triple] = None
-    albedo_file: Optional[str] = None
-    coat: Optional[Keys] = None
-    visible: Optional[bool] = None
-    casts_shadow: Optional[bool] = None
-    visible_indirect: Optional[bool] = None
-    holdout: Optional[bool] = None
     triangles: Optional[Triangles] = None
 
 
 @dataclass(kw_only=True, slots=True)
-class Material(_Object):
+class Material(MaterialKeys):
     """A fiber and how strands of it differ. At most one of color, hair, melanin and sigma_a, or principled,
     chiang_hair_bsdf or marschner alone in place of them. Of colors, roughness, eccentricity, tilt, medulla, gains,
     presence and thickness a dict says how they vary along a strand and from strand to strand ("Sources" in
     scenes/README.md): `color={"root": [0.1, 0.05, 0.02], "tip": [0.7, 0.5, 0.3]}`."""
 
-    name: Optional[str] = None
-    eta: Optional[float] = None
-    eccentricity: Union[float, Keys, None] = None
-    roughness: Union[float, Keys, None] = None
-    presence: Union[float, Keys, None] = None
-    thickness: Union[float, Keys, None] = None
-    tilt_deg: Union[float, Keys, None] = None
-    color: Union[Triple, str, Keys, None] = None
-    hair: Union[str, Keys, None] = None
-    melanin: Optional[Keys] = None
-    sigma_a: Union[Triple, Keys, None] = None
-    azimuthal_sigma_deg: Optional[Keys] = None
-    longitudinal_lambda_deg: Optional[Keys] = None
-    curl_diameter_cm: Optional[float] = None
-    twist: Optional[bool] = None
-    root_angle_deg: Optional[float] = None
-    principled: Optional[Keys] = None
-    chiang_hair_bsdf: Optional[Keys] = None
-    marschner: Optional[Keys] = None
-    medulla: Optional[Keys] = None
-    variation: Optional[Keys] = None
-    longitudinal_shape: Optional[str] = None
-    fresnel: Optional[str] = None
-    gain: Optional[Keys] = None
-    tint: Optional[Keys] = None
-    glint: Optional[bool] = None
-
 
 @dataclass(kw_only=True, slots=True)
-class Groom(_Object):
+class Groom(GroomKeys):
     """Strands of a file, of arrays (`strands=tress.Strands(...)`), or of a recipe (`generate`, with `strands` their
     number)."""
 
-    strands: Union[Strands, int, None] = None
-    name: Optional[str] = None
-    file: Optional[str] = None
-    generate: Optional[str] = None
-    seed: Optional[int] = None
-    length_cm: Optional[float] = None
-    length_variation: Optional[float] = None
-    clump: Optional[float] = None
-    frizz: Optional[float] = None
-    wavelength_cm: Optional[float] = None
-    wave_amplitude_cm: Optional[float] = None
-    curl_diameter_cm: Optional[float] = None
-    width_cm: Optional[float] = None
-    ball_radius_cm: Optional[float] = None
-    radius_cm: Optional[float] = None
-    widths: Optional[str] = None
-    taper: Optional[Keys] = None
-    basis: Optional[str] = None
-    normals: Optional[bool] = None
-    up: Optional[str] = None
-    points_per_strand: Optional[int] = None
-    scale: Optional[float] = None
-    rotate_deg: Optional[Triple] = None
-    translate: Optional[Triple] = None
-    frames: Optional[Sequence[Keys]] = None
-    cm_per_unit: Optional[float] = None
-    material: Optional[str] = None
-    looks: Optional[Sequence[Keys]] = None
-    visible: Optional[bool] = None
-    casts_shadow: Optional[bool] = None
-    visible_indirect: Optional[bool] = None
+    strands: Union[Strands, int, None] = None  # type: ignore[assignment]
 
 
 @dataclass(kw_only=True, slots=True)
-class Scene(_Object):
+class Scene(Keyed):
     """What is rendered. `grooms` may hold Strands as they are. File names are relative to `folder`."""
 
     camera: Optional[Camera] = None
@@ -246,7 +89,7 @@ class Scene(_Object):
 
     @classmethod
     def load(cls, file: Union[str, os.PathLike[str]]) -> Scene:
-        """A scene file as objects that may be changed. What is wrong in it is told when it is rendered."""
+        """A scene file as objects that may be changed. What is wrong in it is reported when it is rendered."""
         with open(file, "rb") as stream:
             scene = cls.from_keys(json.load(stream))
         scene.folder = os.path.dirname(os.fspath(file))
@@ -280,24 +123,24 @@ class Scene(_Object):
         for item in ("camera", "image", "environment_visible", "expected"):
             value = getattr(self, item)
             if value is not None:
-                keys[item] = value.keys() if isinstance(value, _Object) else _plain(value)
+                keys[item] = value.keys() if isinstance(value, Keyed) else plain(value)
         if self.environment is not None:
-            keys["environment"] = told = self.environment.keys()
-            if told.pop("pixels", None) is not None:
+            keys["environment"] = fields = self.environment.keys()
+            if fields.pop("pixels", None) is not None:
                 pixels = np.ascontiguousarray(self.environment.pixels, dtype=np.float32)
-                told["file"] = named("environment", {"pixels": pixels})
+                fields["file"] = named("environment", {"pixels": pixels})
         for item in ("lights", "materials"):
             if getattr(self, item):
                 keys[item] = [one.keys() for one in getattr(self, item)]
         for mesh in self.meshes:
-            told = mesh.keys()
+            fields = mesh.keys()
             if mesh.triangles is not None:
-                told["file"] = named("mesh", mesh.triangles._native())
-            keys.setdefault("meshes", []).append(told)
+                fields["file"] = named("mesh", mesh.triangles._native())
+            keys.setdefault("meshes", []).append(fields)
         for one in self.grooms:
             groom = Groom(strands=one) if isinstance(one, Strands) else one
-            told = groom.keys()
+            fields = groom.keys()
             if isinstance(groom.strands, Strands):
-                told["file"] = named("strands", groom.strands._native())
-            keys.setdefault("grooms", []).append(told)
+                fields["file"] = named("strands", groom.strands._native())
+            keys.setdefault("grooms", []).append(fields)
         return keys | self._other, arrays

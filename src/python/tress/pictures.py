@@ -41,7 +41,7 @@ class Picture:
 
     @property
     def channels(self) -> list[str]:
-        """As in an EXR: "R", "TT.G", "Z"."""
+        """Names of the channels, as in an EXR: "R", "TT.G", "Z"."""
         return self._native.channels
 
     @property
@@ -56,7 +56,7 @@ class Picture:
 
     @property
     def stats(self) -> dict[str, Any]:
-        """What the render told at its end: noise, seconds, passes, notes, warnings; empty of a file."""
+        """What the render reported at its end: noise, seconds, passes, notes, warnings; empty of a file."""
         return self._native.stats
 
     def channel(self, name: str) -> np.ndarray:
@@ -84,7 +84,7 @@ class Picture:
         self._native.write_png(stem + ".png", exposure, view)
 
     def _repr_png_(self) -> bytes:
-        """As a notebook shows it."""
+        """Bytes of a PNG, which notebooks show."""
         with tempfile.TemporaryDirectory() as folder:
             file = os.path.join(folder, "picture.png")
             self._native.write_png(file)

@@ -60,7 +60,7 @@ def render(
     `elliptical` where a material shapes lobes; else `rough`. An option that the model has not is an error: corrected and
     a learner are of `elliptical`, an epsilon, picture_error and table_memory of models with rows.
     warm_cache: a file, or "default" for $XDG_CACHE_HOME/tress, else ~/.cache/tress, with a file for each kind of fiber;
-    cache_limit: MB that this may take, 1024 unless told. The kinds that were used longest ago go.
+    cache_limit: MB that this may take, 1024 by default. The kinds that were used longest ago go.
     denoise: a layer `denoised` beside R, G, B, which a .png shows; stats["denoised_noise"] is the noise that is left, by
     which `noise` goes then.
     layers: beside the usual ones, data for compositors: some of P, strand_uv, strand_place, strand_id, CryptoStrand.

@@ -246,25 +246,25 @@ class Service:
         return self._native.state()
 
     def restore(self, state: bytes) -> None:
-        """Before the first pass."""
+        """Loads a cache; call it before the first pass."""
         self._native.restore(state)
 
     def save(self, file: Union[str, os.PathLike[str]]) -> dict[str, Any]:
-        """Joined with what the file holds by now; what it then has."""
+        """Merges the table with what the file has by now, and saves it. Returns what the file then has."""
         return self._native.save(os.fspath(file))
 
     def load(self, file: Union[str, os.PathLike[str]]) -> None:
-        """Before the first pass."""
+        """Loads a cache; call it before the first pass."""
         self._native.load(os.fspath(file))
 
     @property
     def refusals(self) -> list[str]:
-        """Of slices of the cache whose axes a later add_slice() found to be others."""
+        """Errors of slices of the cache whose axes differ from those of a later add_slice()."""
         return self._native.refusals
 
     @property
     def hash(self) -> str:
-        """Of the table: equal tables have equal ones."""
+        """Hash of the table: equal tables have equal hashes."""
         return self._native.hash
 
     @property

@@ -11,6 +11,7 @@
 #include <iterator>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "tress/fiber/parameter_ranges.h"
 
@@ -174,7 +175,7 @@ constexpr Parameter table[] = {
               "how the PNG shows light that is brighter than a display: cut off at 1; Khronos PBR Neutral, which keeps "
               "colors and compresses highlights; AgX, which is like film; the EXR stays as it is"},
     Parameter{"/environment/file", "", text, none, "", "", "",
-              "a path to an EXR or HDR (RGBE) picture, told by content; latitude-longitude, top row up; bilinear "
+              "a path to an EXR or HDR (RGBE) picture, recognized by content; latitude-longitude, top row up; bilinear "
               "between its pixels"},
     Parameter{"/environment/constant", "", triple, sky, "", "", "", "linear RGB radiance from everywhere"},
     Parameter{"/environment/studio", "", only_true, none, "", "", "of `file`, `constant`, `studio`, `sky`",
@@ -280,7 +281,7 @@ constexpr Parameter table[] = {
     Parameter{"/meshes/N/albedo", "", triple, share, "", "", "[0.18, 0.18, 0.18]",
               "linear RGB of the diffuse surface; or `albedo_file`"},
     Parameter{"/meshes/N/albedo_file", "", text, none, "", "", "",
-              "a path to a PNG (sRGB) or an EXR (linear), told by content, laid over the texture coordinates of "
+              "a path to a PNG (sRGB) or an EXR (linear), recognized by content, laid over the texture coordinates of "
               "the OBJ: (0, 0) is its lower left corner; bilinear, repeated"},
     Parameter{"/meshes/N/coat/roughness",
               "",
@@ -537,10 +538,11 @@ constexpr Parameter table[] = {
     Parameter{"/materials/N/variation/color", "", number, half_range, "", "", "0",
               "half range of one factor of the absorption"},
     Parameter{"/materials/N/variation/seed", "", whole, seeds, "", "", "0", "other strands for another number"},
-    Parameter{"/grooms/N/file", "", text, none, "", "", "this or `generate`",
-              "a path to a groom: .hair, .abc, .usda, .usdc, .usdz, .pbrt, .ply, .data, told by content; #### in its "
-              "name is the "
-              "number of the frame"},
+    Parameter{
+        "/grooms/N/file", "", text, none, "", "", "this or `generate`",
+        "a path to a groom: .hair, .abc, .usda, .usdc, .usdz, .pbrt, .ply, .data, recognized by content; #### in its "
+        "name is the "
+        "number of the frame"},
     Parameter{"/grooms/N/points_per_strand",
               "--points-per-strand",
               whole,
@@ -745,7 +747,7 @@ constexpr Parameter table[] = {
         "",
         "",
         "share of the samples that are traced a second time without rows, 0.01 say: how far the brightness of the "
-        "picture is off is told with its standard error"},
+        "picture is off is reported with its standard error"},
     Parameter{
         "",
         "--near",
@@ -889,6 +891,32 @@ const Parameter* parameter_at(std::string_view place) {
   if (is_named(*holder, key.substr(last + 1))) return holder;
   const auto of_source = by_key.find("/SOURCE" + key.substr(last));
   return holder->varies && of_source != by_key.end() ? of_source->second : nullptr;
+}
+
+std::vector<std::string> keys_at(std::string_view place) {
+  const std::string object = general(std::string(place) + "/");
+  std::vector<std::string> keys;
+  const auto add = [&](std::string_view key) {
+    if (!key.starts_with(object) || key.starts_with("/SOURCE")) return;
+    const std::string_view below = key.substr(object.size());
+    const std::string_view name = below.substr(0, below.find('/'));
+    if (std::ranges::find(keys, name) == keys.end()) keys.emplace_back(name);
+  };
+  for (const Parameter& parameter : table) add(parameter.key);
+  for (const auto& from : same) add(from.first);
+  const Parameter* named = keys.empty() ? parameter_at(place) : nullptr;
+  if (named != nullptr && (named->kind == numbers_by_name || named->kind == triples_by_name)) return choices_of(*named);
+  return keys;
+}
+
+std::vector<std::string> choices_of(const Parameter& parameter) {
+  std::vector<std::string> choices;
+  for (std::string_view left = parameter.choices; !left.empty();) {
+    const std::size_t end = std::min(left.find(", "), left.size());
+    choices.emplace_back(left.substr(0, end));
+    left.remove_prefix(std::min(end + 2, left.size()));
+  }
+  return choices;
 }
 
 const Parameter& option_parameter(std::string_view option) {

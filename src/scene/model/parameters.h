@@ -1,11 +1,15 @@
 // All keys of a scene file and numbers of the command line: ranges, units, defaults, and one sentence each. Readers,
-// options, messages, scenes/schema.json and the tables of scenes/README.md must agree with this one table.
+// options, messages, Python's classes, scenes/schema.json and the tables of scenes/README.md follow this one table. A
+// new number of a material is a row here, a member of Material (scene.h) and the line of read_material() that reads it;
+// tests write the schema and the tables then (TRESS_REWRITE=1 in the environment, Parameters.*), and the build the
+// classes.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace tress::scene {
 
@@ -48,6 +52,13 @@ std::span<const Parameter> parameters();
 /// Finds a parameter by the place of a value in a scene file, "/materials/3/gain/TT": any index matches, and names are
 /// those of the row. Null if there is no such parameter.
 const Parameter* parameter_at(std::string_view place);
+
+/// The keys of the object at a place of a scene file, in the order of the table: "/materials/3" has name, eta and so
+/// on.
+std::vector<std::string> keys_at(std::string_view place);
+
+/// The choices of a parameter one by one, in the order of the table.
+std::vector<std::string> choices_of(const Parameter& parameter);
 
 /// Finds a parameter by the name of an option, "--spp", which must exist. An option has one meaning and range in every
 /// command.

@@ -18,7 +18,7 @@
 #include "scene/model/framed_points.h"
 #include "scene/model/groom_bounds.h"
 #include "scene/model/parameters.h"
-#include "scene/read/grooms/told_basis.h"
+#include "scene/read/grooms/given_basis.h"
 
 namespace tress::scene {
 namespace {
@@ -100,12 +100,12 @@ namespace {
 
 /// Adds notes of the file about its materials, which the scene's replace.
 void note_materials(const GroomFile& file, const std::string& name, std::vector<std::string>* notes) {
-  constexpr std::size_t most_told = 3;
-  for (std::size_t i = 0; i < std::min(file.materials.size(), most_told); ++i)
+  constexpr std::size_t most_named = 3;
+  for (std::size_t i = 0; i < std::min(file.materials.size(), most_named); ++i)
     notes->push_back(fmt::format("{}: material of the file, not used: {}", name, file.materials[i]));
-  if (file.materials.size() > most_told)
-    notes->push_back(fmt::format("{}: {} more materials of the file, not used: tress info tells them", name,
-                                 file.materials.size() - most_told));
+  if (file.materials.size() > most_named)
+    notes->push_back(fmt::format("{}: {} more materials of the file, not used: tress info lists them", name,
+                                 file.materials.size() - most_named));
 }
 
 /// The largest absolute coordinate.
@@ -246,12 +246,12 @@ LeftOut compact(bool repeats_stay, const std::vector<std::uint32_t>& broken, Gro
 
 /// The error if the curves do not have an attribute that a material names.
 std::optional<Error> fault_of_attribute(const GroomFile& file, const std::string& attribute, const std::string& name) {
-  constexpr std::size_t most_told = 12;
+  constexpr std::size_t most_named = 12;
   if (attribute.empty() || (file.has_color && file.attribute == attribute)) return std::nullopt;
   std::vector<std::string> others;
   if (file.has_color && file.attribute != attribute) others.push_back(file.attribute);
   for (const IgnoredAttribute& ignored : file.ignored)
-    if (others.size() < most_told) others.push_back(ignored.name);
+    if (others.size() < most_named) others.push_back(ignored.name);
   return Error{name, fmt::format("attribute \"{}\"", attribute), "one of the curves, of one or three numbers",
                others.empty() ? "no other that is not used for something else"
                               : fmt::format("beside what is used: {}", fmt::join(others, ", "))};

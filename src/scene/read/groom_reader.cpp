@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "scene/read/grooms/told_basis.h"
+#include "scene/read/grooms/given_basis.h"
 #include "scene/read/scene_file.h"
 #include "scene/read/source_reader.h"
 
@@ -47,7 +47,7 @@ void read_recipe(const JsonReader& json, GroomRecipe* recipe) {
 Taper read_taper(const JsonReader& json, Taper taper) {
   if (!json.has("taper")) return taper;
   const auto given = json.child("taper");
-  if (!given.object({"root", "tip"})) return taper;
+  if (!given.object()) return taper;
   return {.root = given.number("root").value_or(1), .tip = given.number("tip").value_or(1)};
 }
 
@@ -68,7 +68,7 @@ std::vector<GroomLook> read_looks(const JsonReader& json, const std::vector<Mate
   std::vector<GroomLook> looks;
   float sum = 0;
   for (const auto& item : json.items("looks", most_looks)) {
-    if (!item.object({"material", "share"}) || !item.need({"material", "share"})) return looks;
+    if (!item.object() || !item.need({"material", "share"})) return looks;
     looks.push_back(
         {read_material_reference(item, materials), read_source(item, "share", read_number(glm::vec3(1.0f)))});
     if (looks.back().share.kind == Source::Kind::constant) sum += looks.back().share.value.x;
@@ -97,14 +97,7 @@ std::vector<std::string> attributes_of(const GroomDescription& groom, const std:
 
 GroomDescription read_groom(const JsonReader& json, const std::vector<Material>& materials) {
   GroomDescription groom;
-  const auto shapes = shape_keys();
-  std::vector<std::string> known{
-      "name",  "file",       "generate",     "strands",          "seed",     "radius_cm",
-      "taper", "basis",      "up",           "cm_per_unit",      "material", "points_per_strand",
-      "scale", "rotate_deg", "translate",    "frames",           "normals",  "widths",
-      "looks", "visible",    "casts_shadow", "visible_indirect", "instances"};
-  known.insert(known.end(), shapes.begin(), shapes.end());
-  if (!json.object(known) || !json.at_most_one({"file", "generate"})) return groom;
+  if (!json.object() || !json.at_most_one({"file", "generate"})) return groom;
   groom.name = json.text("name");
   groom.file = json.text("file");
   const auto kind = json.choice("generate", generated_groom_kinds());
@@ -116,11 +109,11 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
     read_recipe(json, &groom.recipe);
     groom.taper = read_taper(json, *kind == "single_fiber" ? Taper{} : usual_generated_taper);
   } else {
-    std::vector<std::string> generated{"strands", "seed"};
-    generated.insert(generated.end(), shapes.begin(), shapes.end());
+    std::vector<std::string> generated = shape_keys();
+    generated.insert(generated.begin(), {"strands", "seed"});
     for (const std::string& key : generated)
       if (json.has(key)) json.fail(key, "this key beside \"generate\" only", "it beside \"file\"");
-    if (const auto up = json.choice("up", {"y", "z"})) groom.placement.y_up = *up == "y";
+    if (const auto up = json.choice("up")) groom.placement.y_up = *up == "y";
     groom.placement.cm_per_unit = json.number("cm_per_unit");
     groom.placement.normals = json.boolean("normals").value_or(true);
     if (const auto points = json.integer("points_per_strand"))
@@ -140,7 +133,7 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
   }
   groom.path = read_path(json);
   for (const auto& item : json.items("instances", most_instances)) {
-    if (!item.object({"scale", "rotate_deg", "translate", "frames"})) return groom;
+    if (!item.object()) return groom;
     groom.instances.push_back(read_path(item));
   }
   if (json.has("instances") && groom.instances.empty()) json.fail("instances", "one copy or more", "none");

@@ -123,6 +123,18 @@ std::optional<std::string> JsonReader::text(const std::string& key) const {
   return std::nullopt;
 }
 
+std::optional<std::string> JsonReader::choice(const std::string& key) const {
+  const Parameter* parameter = has(key) ? parameter_of(key) : nullptr;
+  return parameter ? choice(key, choices_of(*parameter)) : std::nullopt;
+}
+
+std::optional<std::size_t> JsonReader::choice_number(const std::string& key) const {
+  const std::optional<std::string> chosen = choice(key);
+  if (!chosen) return std::nullopt;
+  const std::vector<std::string> choices = choices_of(*parameter_of(key));
+  return static_cast<std::size_t>(std::ranges::find(choices, *chosen) - choices.begin());
+}
+
 std::optional<std::string> JsonReader::choice(const std::string& key, const std::vector<std::string>& known) const {
   const auto* value = find(key);
   if (!value) return std::nullopt;

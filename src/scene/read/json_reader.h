@@ -30,6 +30,8 @@ class JsonReader {
              KnownKeys* keys = nullptr)
       : value_(value), path_(std::move(path)), file_(std::move(file)), error_(error), keys_(keys) {}
 
+  /// The value must be an object with no other keys than those that the parameter table has at its place.
+  bool object() const { return object(keys_at(path_)); }
   /// The value must be an object with no other keys than these.
   bool object(const std::vector<std::string>& known) const;
   bool has(const std::string& key) const { return find(key) != nullptr; }
@@ -45,6 +47,10 @@ class JsonReader {
   std::optional<bool> boolean(const std::string& key) const;
   std::optional<std::string> text(const std::string& key) const;
   std::optional<std::string> choice(const std::string& key, const std::vector<std::string>& known) const;
+  /// One of the choices that the parameter table has for the place.
+  std::optional<std::string> choice(const std::string& key) const;
+  /// The number of that choice in the table, from 0; enumerators are in this order.
+  std::optional<std::size_t> choice_number(const std::string& key) const;
   std::optional<glm::vec3> triple(const std::string& key) const;
 
   /// At most one of the keys may exist; false and an error otherwise.

@@ -35,7 +35,7 @@ struct Lost {
   bool shows;
 };
 
-void tell(const std::string& node, const std::vector<Lost>& keys, Material* material) {
+void report_lost(const std::string& node, const std::vector<Lost>& keys, Material* material) {
   for (const auto& [key, shows] : keys)
     if (shows) material->left_out.push_back(node + key);
 }
@@ -58,10 +58,7 @@ Source random(Source a, Source b, std::uint64_t seed, std::optional<float> chanc
 
 /// Reads PxrHairColor.
 void read_hair_color(const JsonReader& json, Material* material) {
-  if (!json.object({"mode", "melanin", "color", "randomMelanin", "randomColor", "darkenRoots", "darkenSlope",
-                    "darkenEndPosition", "strayDensity", "strayMelanin", "strayColor", "strayRandomMelanin",
-                    "strayRandomColor", "dye", "randomDyeHue", "randomDyeSaturation"}))
-    return;
+  if (!json.object()) return;
   const auto number = [&](const char* key, double usual) {
     return static_cast<float>(json.number(key).value_or(usual));
   };
@@ -76,14 +73,14 @@ void read_hair_color(const JsonReader& json, Material* material) {
       json.has("melanin") ? read_source(json, "melanin", read_number(glm::vec3(1.0f))) : constant(0.2f);
   const Source color =
       json.has("color") ? read_source(json, "color", read_triple()) : Source{.value = glm::vec3(0, 0.3f, 0.1f)};
-  tell("hair_color/",
-       {{"darkenSlope", number("darkenSlope", 1) != 1 && dark > 0},
-        {"randomDyeHue", number("randomDyeHue", 0) > 0},
-        {"randomDyeSaturation", number("randomDyeSaturation", 0) > 0},
-        {"darkenRoots", is_artistic && dark > 0},
-        {"randomColor", is_set(json, "randomColor") && is_artistic},
-        {"strayRandomColor", is_set(json, "strayRandomColor") && is_artistic}},
-       material);
+  report_lost("hair_color/",
+              {{"darkenSlope", number("darkenSlope", 1) != 1 && dark > 0},
+               {"randomDyeHue", number("randomDyeHue", 0) > 0},
+               {"randomDyeSaturation", number("randomDyeSaturation", 0) > 0},
+               {"darkenRoots", is_artistic && dark > 0},
+               {"randomColor", is_set(json, "randomColor") && is_artistic},
+               {"strayRandomColor", is_set(json, "strayRandomColor") && is_artistic}},
+              material);
 
   const auto take = [&](Source source, const decltype(Pigment::sigma_a)& sigma_a) {
     if (const auto x = take_pigment(std::move(source), sigma_a, material))
@@ -109,32 +106,7 @@ void read_hair_color(const JsonReader& json, Material* material) {
 void read_marschner(const JsonReader& material_json, Material* material) {
   if (!is_alone(material_json, "marschner")) return;
   const auto json = material_json.child("marschner");
-  if (!json.object({"specularGainR",
-                    "specularGainTRT",
-                    "specularGainTT",
-                    "specularGainGLINTS",
-                    "specularColorR",
-                    "specularColorTRT",
-                    "specularColorTT",
-                    "specularConeAngleR",
-                    "specularConeAngleTRT",
-                    "specularConeAngleTT",
-                    "specularOffset",
-                    "specularIor",
-                    "specularMixFresnel",
-                    "specularGlintWidth",
-                    "specularEccentricity",
-                    "eccentricityDirection",
-                    "specularEnergyCompensation",
-                    "diffuseModelType",
-                    "diffuseGain",
-                    "diffuseColor",
-                    "glowGain",
-                    "glowColor",
-                    "shadowColor",
-                    "presence",
-                    "hair_color"}))
-    return;
+  if (!json.object()) return;
   const auto number = [&](const char* key, double usual) { return json.number(key).value_or(usual); };
   const auto color = [&](const char* key, float usual) { return json.triple(key).value_or(glm::vec3(usual)); };
   fiber::FiberParameters& fiber = material->fiber;
@@ -169,21 +141,21 @@ void read_marschner(const JsonReader& material_json, Material* material) {
   fiber.sigma_a = glm::vec3(0.0f);
   if (json.has("presence")) material->presence = constant(static_cast<float>(number("presence", 1)));
 
-  // These are only checked, because their gains are told.
+  // These are only checked, because their gains are reported.
   json.integer("diffuseModelType");
   json.triple("diffuseColor");
   json.triple("glowColor");
-  tell("",
-       {{"specularMixFresnel", number("specularMixFresnel", 1) != 1},
-        {"specularOffset", offset > 0 || offset < -fiber::tilt_range_deg.most},
-        {"eccentricityDirection", is_set(json, "eccentricityDirection")},
-        {"specularEnergyCompensation", number("specularEnergyCompensation", 0) > 0},
-        {"diffuseGain", number("diffuseGain", 0) > 0},
-        {"glowGain", number("glowGain", 0) > 0},
-        {"shadowColor", is_set(json, "shadowColor")},
-        {"specularColorTT", has_hair_color && is_set(json, "specularColorTT")},
-        {"specularColorTRT", has_hair_color && is_set(json, "specularColorTRT")}},
-       material);
+  report_lost("",
+              {{"specularMixFresnel", number("specularMixFresnel", 1) != 1},
+               {"specularOffset", offset > 0 || offset < -fiber::tilt_range_deg.most},
+               {"eccentricityDirection", is_set(json, "eccentricityDirection")},
+               {"specularEnergyCompensation", number("specularEnergyCompensation", 0) > 0},
+               {"diffuseGain", number("diffuseGain", 0) > 0},
+               {"glowGain", number("glowGain", 0) > 0},
+               {"shadowColor", is_set(json, "shadowColor")},
+               {"specularColorTT", has_hair_color && is_set(json, "specularColorTT")},
+               {"specularColorTRT", has_hair_color && is_set(json, "specularColorTRT")}},
+              material);
   if (has_hair_color) read_hair_color(json.child("hair_color"), material);
 }
 

@@ -22,16 +22,6 @@
 namespace tress::scene {
 namespace {
 
-/// Names in the order of the enumerators.
-const std::vector<std::string> shapes{"logistic", "gaussian", "cauchy"};
-const std::vector<std::string> fresnels{"exact", "longitudinal", "bravais", "none"};
-
-std::size_t place_of(const std::string& name, const std::vector<std::string>& names) {
-  std::size_t place = 0;
-  while (place + 1 < names.size() && names[place] != name) ++place;
-  return place;
-}
-
 /// Reads angles in degrees by lobe name.
 template <std::size_t n>
 void read_lobe_angles(const JsonReader& json, const std::string& key, const std::vector<std::string>& lobes,
@@ -63,7 +53,7 @@ void read_color(const JsonReader& json, Material* material) {
   }
   if (!json.has("melanin")) return;
   const auto melanin = json.child("melanin");
-  if (!melanin.object({"eumelanin", "pheomelanin"})) return;
+  if (!melanin.object()) return;
   Source both{.kind = Source::Kind::sum};
   const auto add = [&](const char* key, const glm::vec3& unit) {
     if (melanin.has(key)) both.parts.push_back(read_source(melanin, key, read_number(unit), unit));
@@ -96,7 +86,7 @@ std::optional<Source>* number_of(Material* material, FiberNumber number) {
 }
 
 void read_medulla(const JsonReader& json, Material* material) {
-  if (!json.object({"radius", "scattering", "asymmetry", "absorption"}) || !json.need({"radius"})) return;
+  if (!json.object() || !json.need({"radius"})) return;
   fiber::FiberParameters& fiber = material->fiber;
   const auto read = [&](const char* key, FiberNumber number) {
     return read_number_of(json, key, number_of(material, number)).value_or(0);
@@ -109,7 +99,7 @@ void read_medulla(const JsonReader& json, Material* material) {
 
 StrandVariation read_variation(const JsonReader& json) {
   StrandVariation variation;
-  if (!json.object({"eccentricity", "width", "color", "seed"})) return variation;
+  if (!json.object()) return variation;
   variation.eccentricity = static_cast<float>(json.number("eccentricity").value_or(0));
   variation.width = static_cast<float>(json.number("width").value_or(0));
   variation.color = static_cast<float>(json.number("color").value_or(0));
@@ -121,10 +111,10 @@ StrandVariation read_variation(const JsonReader& json) {
 /// that "glint": true changes layers only.
 void read_lobes(const JsonReader& json, Material* material) {
   fiber::FiberParameters* fiber = &material->fiber;
-  if (const auto shape = json.choice("longitudinal_shape", shapes))
-    fiber->longitudinal_shape = static_cast<fiber::LongitudinalShape>(place_of(*shape, shapes));
-  if (const auto fresnel = json.choice("fresnel", fresnels))
-    fiber->reflection_fresnel = static_cast<fiber::ReflectionFresnel>(place_of(*fresnel, fresnels));
+  if (const auto shape = json.choice_number("longitudinal_shape"))
+    fiber->longitudinal_shape = static_cast<fiber::LongitudinalShape>(*shape);
+  if (const auto fresnel = json.choice_number("fresnel"))
+    fiber->reflection_fresnel = static_cast<fiber::ReflectionFresnel>(*fresnel);
   const std::vector<std::string> lobes(std::begin(fiber::lobe_names), std::end(fiber::lobe_names));
   constexpr auto trt = static_cast<std::size_t>(fiber::Lobe::trt);
   constexpr auto glint = static_cast<std::size_t>(fiber::Lobe::glint);
@@ -155,33 +145,7 @@ void read_lobes(const JsonReader& json, Material* material) {
 
 Material read_material(const JsonReader& json, std::size_t index) {
   Material material;
-  const std::vector<std::string> known{"name",
-                                       "eta",
-                                       "eccentricity",
-                                       "roughness",
-                                       "presence",
-                                       "thickness",
-                                       "tilt_deg",
-                                       "medulla",
-                                       "color",
-                                       "hair",
-                                       "melanin",
-                                       "sigma_a",
-                                       "principled",
-                                       "chiang_hair_bsdf",
-                                       "marschner",
-                                       "azimuthal_sigma_deg",
-                                       "longitudinal_lambda_deg",
-                                       "curl_diameter_cm",
-                                       "twist",
-                                       "root_angle_deg",
-                                       "variation",
-                                       "longitudinal_shape",
-                                       "fresnel",
-                                       "gain",
-                                       "tint",
-                                       "glint"};
-  if (!json.object(known)) return material;
+  if (!json.object()) return material;
   auto& fiber = material.fiber;
   material.name = json.text("name").value_or(fmt::format("material {}", index));
   if (json.has("principled")) read_principled(json, &material);

@@ -13,7 +13,7 @@
 
 #include "base/numbered_file.h"
 #include "scene/read/groom_files.h"
-#include "scene/read/grooms/told_basis.h"
+#include "scene/read/grooms/given_basis.h"
 #include "scene/read/input_files.h"
 
 namespace tress::scene {

@@ -67,9 +67,7 @@ void read_chiang_hair_bsdf(const JsonReader& material_json, Material* material) 
   if (!is_alone(material_json, "chiang_hair_bsdf") || !material_json.at_most_one({"chiang_hair_bsdf", "tint"})) return;
   const auto json = material_json.child("chiang_hair_bsdf");
   const std::vector<std::string> lobes{"R", "TT", "TRT"};
-  std::vector<std::string> keys{"ior", "cuticle_angle", "absorption_coefficient"};
-  for (const std::string& lobe : lobes) keys.insert(keys.end(), {"tint_" + lobe, "roughness_" + lobe});
-  if (!json.object(keys)) return;
+  if (!json.object()) return;
   fiber::ChiangHair hair;
   hair.eta = static_cast<float>(json.number("ior").value_or(hair.eta));
   hair.cuticle_angle = static_cast<float>(json.number("cuticle_angle").value_or(hair.cuticle_angle));
@@ -78,7 +76,7 @@ void read_chiang_hair_bsdf(const JsonReader& material_json, Material* material) 
     hair.tint[p] = json.triple("tint_" + lobes[p]).value_or(hair.tint[p]);
     if (!json.has("roughness_" + lobes[p])) continue;
     const auto roughness = json.child("roughness_" + lobes[p]);
-    if (!roughness.object({"longitudinal", "azimuthal"})) return;
+    if (!roughness.object()) return;
     const auto take = [&](const char* key, float* x) { *x = static_cast<float>(roughness.number(key).value_or(*x)); };
     take("longitudinal", &hair.longitudinal_variance[p]);
     take("azimuthal", &hair.azimuthal_scale[p]);
@@ -90,10 +88,9 @@ void read_chiang_hair_bsdf(const JsonReader& material_json, Material* material) 
 void read_principled(const JsonReader& material_json, Material* material) {
   if (!is_alone(material_json, "principled")) return;
   const auto json = material_json.child("principled");
-  if (!json.object({"roughness", "radial_roughness", "coat", "eta", "offset_deg", "aspect_ratio", "melanin", "redness",
-                    "tint", "color", "sigma_a", "random_color", "random_roughness", "widths"}) ||
-      !json.exactly_one({"melanin", "color", "sigma_a"}) || !json.at_most_one({"aspect_ratio", "radial_roughness"}) ||
-      !json.at_most_one({"aspect_ratio", "coat"}) || !json.at_most_one({"aspect_ratio", "widths"}))
+  if (!json.object() || !json.exactly_one({"melanin", "color", "sigma_a"}) ||
+      !json.at_most_one({"aspect_ratio", "radial_roughness"}) || !json.at_most_one({"aspect_ratio", "coat"}) ||
+      !json.at_most_one({"aspect_ratio", "widths"}))
     return;
   fiber::PrincipledHair hair;
   const auto take = [&](const char* key, float* x) { *x = static_cast<float>(json.number(key).value_or(*x)); };
@@ -102,7 +99,7 @@ void read_principled(const JsonReader& material_json, Material* material) {
   take("coat", &hair.coat);
   take("eta", &hair.eta);
   if (const auto x = json.number("offset_deg")) hair.offset = static_cast<float>(*x * std::numbers::pi / 180);
-  if (const auto widths = json.choice("widths", {"fitted", "published"}))
+  if (const auto widths = json.choice("widths"))
     hair.widths = *widths == "fitted" ? fiber::PrincipledWidths::fitted : fiber::PrincipledWidths::published;
   if (const auto x = json.number("aspect_ratio")) hair.aspect_ratio = static_cast<float>(*x);
   read_absorption(json, hair.aspect_ratio ? hair.roughness : hair.radial_roughness, &hair, material);

@@ -11,7 +11,6 @@ namespace {
 
 constexpr std::size_t most_stops = 256;
 const std::vector<std::string> kinds{"ramp", "root", "random", "mix", "attribute", "texture"};
-const std::vector<std::string> alongs{"share", "root_cm", "tip_cm"};  // in the order of the enumerators
 
 /// Sources have few levels: a document of nothing but braces must not end the program.
 constexpr int most_levels = 16;
@@ -37,7 +36,7 @@ class SourceReader {
       return {.kind = Source::Kind::texture,
               .value = unit_,
               .file = source.text("texture").value_or(""),
-              .is_encoded = source.choice("space", {"srgb", "linear"}) != "linear"};
+              .is_encoded = source.choice("space") != "linear"};
     return of_two(source, level);
   }
 
@@ -55,9 +54,7 @@ class SourceReader {
            beside("share", source.has("random") || source.has("mix"), "\"random\" or \"mix\"");
   }
 
-  static bool is_smooth(const JsonReader& source) {
-    return source.choice("interpolation", {"linear", "smooth"}) == "smooth";
-  }
+  static bool is_smooth(const JsonReader& source) { return source.choice("interpolation") == "smooth"; }
 
   /// Reads the short form of a ramp with two stops.
   Source from_root_to_tip(const JsonReader& source, int level) const {
@@ -69,9 +66,7 @@ class SourceReader {
 
   Source ramp(const JsonReader& source, int level) const {
     Source ramp{.kind = Source::Kind::ramp};
-    const std::string along = source.choice("along", alongs).value_or("share");
-    while (alongs[static_cast<std::size_t>(ramp.along)] != along)
-      ramp.along = static_cast<Source::Along>(static_cast<int>(ramp.along) + 1);
+    ramp.along = static_cast<Source::Along>(source.choice_number("along").value_or(0));
     ramp.is_smooth = is_smooth(source);
     const std::vector<JsonReader> stops = source.items("ramp", most_stops);
     if (stops.empty()) source.fail("ramp", "one stop or more, [place, value] each", "none");
@@ -141,7 +136,7 @@ float middle_of(const Source& source) {
 
 Source read_color_source(const JsonReader& json) {
   if (!json.is_text("color")) return read_source(json, "color", read_triple());
-  return json.choice("color", {"file"}) ? Source{.kind = Source::Kind::attribute, .value = glm::vec3(1.0f)} : Source{};
+  return json.choice("color") ? Source{.kind = Source::Kind::attribute, .value = glm::vec3(1.0f)} : Source{};
 }
 
 std::optional<glm::vec3> take_pigment(Source source, decltype(Pigment::sigma_a) sigma_a, Material* material) {

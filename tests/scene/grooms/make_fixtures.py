@@ -314,7 +314,7 @@ def every_basis():
                         own = [0.25]
                     at.append(own)
                     widths += own if interpolation != "constant" or c == 0 else []
-                # A color is linear in the width, so that one row tells both.
+                # A color is linear in the width, so that one row gives both.
                 colors = 'color3f[] primvars:displayColor = %s ( interpolation = "%s" )' % (
                     triples([(w, w / 2, 1 - w) for w in widths]), interpolation)
                 prims.append(basis_curves(interpolation, basis, wrap, counts, [p for v in curves for p in v], widths,
@@ -328,7 +328,7 @@ def every_basis():
                             elif interpolation == "vertex":
                                 width = on_curve(basis, wrap, [(w,) for w in at[c]], segment, t)[0]
                             elif wrap == "periodic" and basis in ("bspline", "linear"):
-                                continue  # a jump at the seam, which B-splines round: told in README.md
+                                continue  # a jump at the seam, which B-splines round: see README.md
                             else:
                                 ends = at[c] + at[c][:1]
                                 width = (1 - t) * ends[segment] + t * ends[segment + 1]

@@ -453,13 +453,13 @@ std::optional<Error> GroomBuilder::add(CurveSet set) {
 }
 
 Result<GroomFile> GroomBuilder::finish() {
-  constexpr std::size_t most_told = 5;
+  constexpr std::size_t most_named = 5;
   if (file_.strand_count() > 0 && file_.broken.size() < file_.strand_count()) return std::move(file_);
   if (fault_) return *fault_;
   std::string found = file_.strand_count() > 0 ? "none that can be drawn" : "none";
-  for (std::size_t i = 0; i < std::min(file_.ignored.size(), most_told); ++i)
+  for (std::size_t i = 0; i < std::min(file_.ignored.size(), most_named); ++i)
     found += fmt::format("{} {} ({})", i == 0 ? "; not used:" : ",", file_.ignored[i].name, file_.ignored[i].why);
-  if (file_.ignored.size() > most_told) found += fmt::format(" and {} more", file_.ignored.size() - most_told);
+  if (file_.ignored.size() > most_named) found += fmt::format(" and {} more", file_.ignored.size() - most_named);
   return Error{name_, "", "curves", found};
 }
 

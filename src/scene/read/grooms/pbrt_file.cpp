@@ -405,7 +405,7 @@ class PbrtReader {
     }
     const double size = std::cbrt(std::abs(glm::determinant(glm::dmat3(to_world_)))), width = p.number("width", 1);
     append(kind, points, size * p.number("width0", width), size * p.number("width1", width), normals_of(p));
-    if (!material_.empty() && told_materials_.insert(material_).second && materials_++ < 100)
+    if (!material_.empty() && noted_materials_.insert(material_).second && materials_++ < 100)
       builder_.file().materials.push_back(material_);
   }
 
@@ -491,7 +491,7 @@ class PbrtReader {
   std::vector<Block> stack_;
   std::string material_;
   std::map<std::string, std::string> named_;
-  std::set<std::string> told_materials_;
+  std::set<std::string> noted_materials_;
   std::optional<Error> error_;
   int includes_ = 0, materials_ = 0;
   std::map<std::string, glm::dmat4> named_systems_;

@@ -113,11 +113,11 @@ double TextCursor::number() {
     value = is_small ? 0 : std::numeric_limits<double>::infinity();
   }
   at_ += static_cast<std::size_t>(end - begin);
-  if (at_ - done_ >= done_block) tell_what_is_done();
+  if (at_ - done_ >= done_block) report_done();
   return value;
 }
 
-void TextCursor::tell_what_is_done() {
+void TextCursor::report_done() {
   if (done_with_) done_with_(bytes_.subspan(done_, at_ - done_));
   done_ = at_;
 }
@@ -132,7 +132,7 @@ void TextCursor::go_to(std::size_t at) { at_ = error_ ? text_.size() : at, done_
 
 bool TextCursor::skip_numbers() {
   int depth = 0;
-  std::size_t told = done_;
+  std::size_t reported = done_;
   for (std::size_t at = at_; at < text_.size(); ++at) {
     const char c = text_[at];
     if (c == '[') {
@@ -149,9 +149,9 @@ bool TextCursor::skip_numbers() {
                  c == '+' || c == '\r' || c == '\t' || c == 'E')) {
       return false;
     }
-    if (done_with_ && at - told >= done_block) {
-      done_with_(bytes_.subspan(told, at - told));
-      told = at;
+    if (done_with_ && at - reported >= done_block) {
+      done_with_(bytes_.subspan(reported, at - reported));
+      reported = at;
     }
   }
   return false;

@@ -76,7 +76,7 @@ class TextCursor {
  private:
   void skip_blanks();
   std::string here() const;
-  void tell_what_is_done();
+  void report_done();
 
   std::span<const unsigned char> bytes_;
   std::string_view text_;

@@ -227,7 +227,7 @@ class UsdReader {
       return std::ranges::any_of(prim->attributes, [](const auto& one) { return is_binding(one.first); });
     });
     here.has_material = here.has_material || is_bound;
-    if (type == "GeomSubset" && here.is_in_curves && is_bound) tell_material(here);
+    if (type == "GeomSubset" && here.is_in_curves && is_bound) note_material(here);
     if (type == "BasisCurves") {
       if (here.purpose == "guide" || here.purpose == "proxy")
         builder_.ignore(here.path, "its purpose is guide or proxy");
@@ -313,7 +313,7 @@ class UsdReader {
       return fail(fmt::format("at most {} vertices, as the bytes allow", most_vertices_), "more");
     if (failed()) return;
     name_what_is_left(prims, here);
-    if (here.has_material) tell_material(here);
+    if (here.has_material) note_material(here);
     if (set.vertex_counts.empty()) return builder_.ignore(here.path, "it has no curves");
     take_attributes(prims, here, &set);
     if (failed()) return;
@@ -334,7 +334,7 @@ class UsdReader {
     for (std::size_t i = 0; i < way.triples.size(); ++i) points->triples[i] += seconds * way.triples[i];
   }
 
-  void tell_material(const Place& here) {
+  void note_material(const Place& here) {
     builder_.file().materials.push_back(here.path + ": bound to a USD material, which is not read");
   }
 

@@ -52,7 +52,7 @@ std::vector<const fiber::ModelInfo*> models_with_rows() {
   return found;
 }
 
-TEST(RowsTellLight, TheBoundIsThatOfTheRowsInEveryModel) {
+TEST(RowsCarryLight, TheBoundIsThatOfTheRowsInEveryModel) {
   ASSERT_GE(models_with_rows().size(), 3u);
   for (const fiber::ModelInfo* info : models_with_rows()) {
     for (const bool split : {false, true}) {
@@ -70,7 +70,7 @@ TEST(RowsTellLight, TheBoundIsThatOfTheRowsInEveryModel) {
   }
 }
 
-TEST(RowsTellLight, RowsAreLearnedByItInEveryModel) {
+TEST(RowsCarryLight, RowsAreLearnedByItInEveryModel) {
   for (const fiber::ModelInfo* info : models_with_rows()) {
     adaptive::Options options;
     options.picture_error = 0.03;

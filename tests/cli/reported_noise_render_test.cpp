@@ -1,4 +1,4 @@
-// --noise ends no picture that is further from the truth than it tells: light that paths have not met yet is noise.
+// --noise ends no picture that is further from the truth than it reports: light that paths have not met yet is noise.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,13 +12,13 @@
 namespace tress::test {
 namespace {
 
-/// Of what is covered, the mean of G; told: of that mean, by the variance layer.
-struct Told {
+/// Of what is covered, the mean of G; error: of that mean, by the variance layer.
+struct Rendered {
   double mean = 0, error = 0, noise = 0;
   int samples = 0;
 };
 
-class ToldNoise : public CommandTest {
+class ReportedNoise : public CommandTest {
  protected:
   /// 400 strands on a ball, of a material and in a light.
   void write_scene(const std::string& light, const std::string& material) const {
@@ -30,30 +30,31 @@ class ToldNoise : public CommandTest {
                                        R"(}],
       "grooms": [{"generate": "fur_ball", "strands": 400, "material": "w", "ball_radius_cm": 0.3, "length_cm": 1}]})");
   }
-  Told told(std::vector<std::string> more) const {
+  Rendered render(std::vector<std::string> more) const {
     std::vector<std::string> command{"render", path("scene.json"), "-o", path("a.exr"), "--quiet", "--threads", "2"};
     command.insert(command.end(), more.begin(), more.end());
     const Outcome outcome = run(command);
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     const auto picture = image::read_exr(path("a.exr"));
     if (!picture) return {};
-    Told told;
-    told.noise = std::stod(picture->metadata.at("noise"));
-    told.samples = static_cast<int>(std::stod(picture->metadata.at("samples")));
+    Rendered rendered;
+    rendered.noise = std::stod(picture->metadata.at("noise"));
+    rendered.samples = static_cast<int>(std::stod(picture->metadata.at("samples")));
     const std::vector<float>&g = picture->find("G")->pixels, &coverage = picture->find("coverage")->pixels,
           &variance = picture->find("variance.G")->pixels;
     double covered = 0;
     for (std::size_t i = 0; i < g.size(); ++i) {
       if (!(coverage[i] > 0)) continue;
       covered += 1;
-      told.mean += double{g[i]};
-      told.error += double{variance[i]};
+      rendered.mean += double{g[i]};
+      rendered.error += double{variance[i]};
     }
     EXPECT_GT(covered, 0);
-    told.mean /= covered;
-    told.error = std::sqrt(told.error) / covered;
-    std::printf("%.4f +- %.4f, noise %.3f, %d samples\n", told.mean, told.error, told.noise, told.samples);
-    return told;
+    rendered.mean /= covered;
+    rendered.error = std::sqrt(rendered.error) / covered;
+    std::printf("%.4f +- %.4f, noise %.3f, %d samples\n", rendered.mean, rendered.error, rendered.noise,
+                rendered.samples);
+    return rendered;
   }
 };
 
@@ -64,45 +65,45 @@ constexpr const char* near_specular =
     R"("eccentricity": 1, "roughness": 0.01, "tilt_deg": 15, "eta": 1.05, "sigma_a": [0, 0, 0])";
 constexpr const char* brown = R"("melanin": {"eumelanin": 0.5})";
 
-// Clear near-specular fibers in a white furnace are 1. With and without rows, and traced: within three told errors and
-// a thousandth for the rows.
-TEST_F(ToldNoise, OfNearSpecularFibersInAFurnace) {
+// Clear near-specular fibers in a white furnace are 1. With and without rows, and traced: within three reported errors
+// and a thousandth for the rows.
+TEST_F(ReportedNoise, OfNearSpecularFibersInAFurnace) {
   write_scene(furnace, near_specular);
   for (const std::vector<std::string>& way :
        {std::vector<std::string>{}, {"--table-memory", "0"}, {"--model", "rough", "--estimator", "exact"}}) {
     std::vector<std::string> command{"--noise", "0.02"};
     command.insert(command.end(), way.begin(), way.end());
-    const Told found = told(command);
+    const Rendered found = render(command);
     EXPECT_NEAR(found.mean, 1, 3 * found.error + 1e-3) << (way.empty() ? "" : way.back());
     EXPECT_LE(found.noise, 0.02);
   }
 }
 
-// A small far sun. Met by chance alone it is told as more noise than was asked, for as long as no path has met it: it
-// ended black after 4 samples. Traced fibers sample it, and are as bright as rows make them.
-TEST_F(ToldNoise, OfASunThatIsMetByChance) {
+// A small far sun. Met by chance alone it is reported as more noise than was asked, for as long as no path has met it:
+// it ended black after 4 samples. Traced fibers sample it, and are as bright as rows make them.
+TEST_F(ReportedNoise, OfASunThatIsMetByChance) {
   write_scene(far_sun, brown);
-  const Told black = told({"--model", "fiber3d", "--spp", "64"});
+  const Rendered black = render({"--model", "fiber3d", "--spp", "64"});
   EXPECT_GT(black.noise, 1);
-  EXPECT_GT(told({"--model", "fiber3d", "--noise", "0.9", "--resolution", "4x4"}).samples, 16000) << "to the end";
-  const Told rows = told({"--noise", "0.1"}),
-             traced = told({"--model", "rough", "--estimator", "exact", "--noise", "0.3"});
+  EXPECT_GT(render({"--model", "fiber3d", "--noise", "0.9", "--resolution", "4x4"}).samples, 16000) << "to the end";
+  const Rendered rows = render({"--noise", "0.1"}),
+                 traced = render({"--model", "rough", "--estimator", "exact", "--noise", "0.3"});
   EXPECT_LE(traced.noise, 0.3);
   EXPECT_GT(traced.mean, 10 * traced.error);
   // Traced fibers know where on their width a ray meets them: 3 % beside the errors.
   EXPECT_NEAR(traced.mean, rows.mean, 3 * std::hypot(traced.error, rows.error) + 0.03 * rows.mean);
 }
 
-// A small lamp inside dark fur, in a dim sky that all paths see: of 16 to 21 samples a pixel the sky's noise was told,
-// and the picture ended at 1/700 of its light.
-TEST_F(ToldNoise, OfASmallLightThatFewPathsMeet) {
+// A small lamp inside dark fur, in a dim sky that all paths see: of 16 to 21 samples a pixel the sky's noise was
+// reported, and the picture ended at 1/700 of its light.
+TEST_F(ReportedNoise, OfASmallLightThatFewPathsMeet) {
   write_scene(R"("environment": {"constant": [0.002, 0.002, 0.002]},
     "lights": [{"sphere": {"center": [0.25, 0.1, 0.1], "radius_cm": 0.002, "radiance": [3e6, 3e6, 3e6]}}])",
               R"("melanin": {"eumelanin": 8})");
-  EXPECT_GT(told({"--model", "fiber3d", "--spp", "32"}).noise, 1);
-  // Where lights are sampled it is met, and what is told holds.
-  const Told found = told({"--model", "elliptical", "--noise", "0.4", "--seed", "3"}),
-             truth = told({"--model", "elliptical", "--spp", "1024", "--seed", "4"});
+  EXPECT_GT(render({"--model", "fiber3d", "--spp", "32"}).noise, 1);
+  // Where lights are sampled it is met, and what is reported holds.
+  const Rendered found = render({"--model", "elliptical", "--noise", "0.4", "--seed", "3"}),
+                 truth = render({"--model", "elliptical", "--spp", "1024", "--seed", "4"});
   EXPECT_NEAR(found.mean, truth.mean, 3 * std::hypot(found.error, truth.error));
 }
 

@@ -1,4 +1,4 @@
-#include "scene/read/grooms/told_basis.h"
+#include "scene/read/grooms/given_basis.h"
 
 #include <fmt/format.h>
 
