@@ -67,9 +67,17 @@ NodeValue sample(const Service& service, const Node& node, const std::array<floa
     set_parts(*row.ribbons, value);
   } else if (service.slice(node.slice).kind == SliceKind::density) {
     const float share = share_of(service, row);
+    if (row.state == RowState::converged) {
+      const auto [azimuth, density, pdf] = row.fit->draw(uniform(u[0]), share);
+      value.azimuth = azimuth;
+      value.density = value.parts[0] = density;
+      value.pdf = pdf;
+      value.answered = true;
+      return value;
+    }
     value.azimuth = row.sample(uniform(u[0]), share);
     set_density(row, share, value);
-    if (row.state != RowState::converged) service.score(row, value.azimuth, value.density, value.pdf);
+    service.score(row, value.azimuth, value.density, value.pdf);
   }
   return value;
 }

@@ -59,6 +59,14 @@ inline Float4 sqrt4(Float4 x) {
 #endif
 }
 inline Float4 abs4(Float4 x) { return std::bit_cast<Float4>(std::bit_cast<Int4>(x) & 0x7fffffff); }
+/// Whether a comparison holds in any lane.
+inline bool any4(Int4 holds) {
+#ifdef __SSE2__
+  return _mm_movemask_ps(std::bit_cast<__m128>(holds)) != 0;
+#else
+  return (holds[0] | holds[1] | holds[2] | holds[3]) != 0;
+#endif
+}
 inline float sum4(Float4 x) { return (x[0] + x[2]) + (x[1] + x[3]); }
 
 /// Returns {sum of a, sum of b, sum of c, 0}.
