@@ -63,7 +63,8 @@ Float4 truncation(Float4 s) {
 // Does the same as wrap_angle() of each lane. A turn is two floats here, which gives the bits of wrap_turns() for every
 // float within a turn of the circle.
 Float4 wrap4(Float4 x) {
-  if (any4(abs4(x) >= 3 * pi_f)) return Float4{wrap_angle(x[0]), wrap_angle(x[1]), wrap_angle(x[2]), wrap_angle(x[3])};
+  if (any4(~(abs4(x) < 3 * pi_f)))
+    return Float4{wrap_angle(x[0]), wrap_angle(x[1]), wrap_angle(x[2]), wrap_angle(x[3])};
   constexpr auto rest = static_cast<float>(two_pi_f - two_pi);
   const Float4 turned = x < 0.0f ? (x + two_pi_f) - rest : (x - two_pi_f) + rest;
   const Float4 wrapped = (turned >= -pi_f) & (turned < pi_f) ? turned : splat(-pi_f);
@@ -102,14 +103,19 @@ float density_of(const Parts& parts, float uniform_weight, float phi) {
   return sum;
 }
 
+// Clamps into [0, 1]; NaN becomes 0.
+float unit(float x) { return x > 0 ? std::min(x, 1.0f) : 0; }
+
 float proposal_density_of(float density, float mass, float u_share) {
   if (!(mass > 0.0f)) return inverse_two_pi_f;
+  u_share = unit(u_share);
   return (1.0f - u_share) * density / mass + u_share * inverse_two_pi_f;
 }
 
 template <class Parts>
 float sample_of(const Parts& parts, float uniform_weight, double mass, float u, float u_share) {
-  const double share = u_share;
+  u = unit(u);
+  const double share = unit(u_share);
   if (!(mass > 0.0)) return uniform_angle(u);
   if (u < share) return uniform_angle(u / share);
   double left = (u - share) / (1.0 - share) * mass;  // the mass that is still to be passed over
@@ -148,17 +154,16 @@ float wrap_turns(float x) {
 }
 
 float SkewLogistic::density(float phi) const {
-  float x = phi - mu;
-  if (x >= pi_f || x < -pi_f) x = wrap_angle(x);
+  const float x = wrap_angle(phi - mu);
   const float e = exp_of_negative(-std::abs(x) / (x < 0.0f ? s_left : s_right));
   const float z = 0.5f * (s_left * truncation(s_left) + s_right * truncation(s_right));
   return e / ((1.0f + e) * (1.0f + e) * z);
 }
 
-float SkewLogistic::sample(float u) const { return sample_shape(*this, u); }
+float SkewLogistic::sample(float u) const { return sample_shape(*this, unit(u)); }
 
 double decayed_share(double rate, double attribute_mean, double attribute_variance) {
-  if (rate <= 0 || attribute_mean <= 0) return 1;
+  if (!(rate > 0) || !(attribute_mean > 0)) return 1;
   const double spread = attribute_variance / attribute_mean;
   if (!(rate * spread > 1e-6)) return std::exp(-rate * attribute_mean);
   return std::exp(-attribute_mean / spread * std::log1p(rate * spread));

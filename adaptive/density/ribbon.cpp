@@ -13,6 +13,9 @@ namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr float below_one = 0.99999994f;
+/// Clamps into [0, 1]; NaN becomes 0.
+float unit(float x) { return x > 0 ? std::min(x, 1.0f) : 0; }
+
 constexpr float least_share = 0x1p-25f;  // of the mass of a side; no height is drawn beyond it
 
 /// The z that a half normal law exceeds with probability q in (0, 1]: sqrt(2) erfc^-1(q) (Giles 2010, in single
@@ -128,6 +131,7 @@ void set_level(std::array<RibbonKnot, count>& knots, float density, std::array<f
 }  // namespace
 
 float height_density(HeightLaw law, float t, float mode, float scale_below, float scale_above) {
+  if (!std::isfinite(t)) return 0;
   const float z = std::abs(t - mode) / (t < mode ? scale_below : scale_above), both = scale_below + scale_above;
   if (law == HeightLaw::normal) return 0.797884561f / both * std::exp(-0.5f * z * z);
   const float e = std::exp(-z);
@@ -135,6 +139,7 @@ float height_density(HeightLaw law, float t, float mode, float scale_below, floa
 }
 
 float height_share_below(HeightLaw law, float t, float mode, float scale_below, float scale_above) {
+  if (std::isnan(t)) t = 0;
   const bool is_below = t < mode;
   const float z = std::abs(t - mode) / (is_below ? scale_below : scale_above);
   const float e = law == HeightLaw::logistic ? std::exp(-z) : 0;
@@ -144,6 +149,7 @@ float height_share_below(HeightLaw law, float t, float mode, float scale_below, 
 }
 
 float sample_height(HeightLaw law, float u, float mode, float scale_below, float scale_above) {
+  u = unit(u);
   const float both = scale_below + scale_above;
   const bool is_below = u * both < scale_below;
   const float side = is_below ? scale_below : scale_above;
@@ -202,7 +208,7 @@ std::array<float, 2> Ribbon::cdf(float x, float t) const {
 
 Ribbon::Place Ribbon::sample(float u_azimuth, float u_height) const {
   const float in_main = main_mass(), in_broad = broad_below_.back();
-  const float v = u_azimuth * (in_main + in_broad);
+  const float v = unit(u_azimuth) * (in_main + in_broad);
   const bool from_main = v < in_main || !(in_broad > 0);
   const auto [x, at] = from_main ? Layer{main_, main_below_}.sample(std::min(v / in_main, below_one))
                                  : Layer{broad_, broad_below_}.sample(std::min((v - in_main) / in_broad, below_one));

@@ -151,7 +151,7 @@ std::uint32_t Service::Table::queries(SliceId slice, std::uint32_t a, std::uint3
 
 RowView Service::Table::peek(SliceId slice, std::uint32_t a, std::uint32_t b) {
   const std::uint32_t node = node_of(slice, a, b);
-  if (node == no_node) return {};
+  if (node == no_node) return bare_view(RowState::absent, slice, node);
   return rows_.slice(slice).has_index() ? view_at(slice, node) : bare_view(RowState::absent, slice, node);
 }
 
@@ -168,7 +168,7 @@ void Service::Table::credit(const RowView& view, float light, std::uint32_t even
 void Service::Table::hear(const RowView& view, const SampledExit& exit) {
   if (is_stale("hear", view)) return;
   if (view.slice >= rows_.slice_count() || !rows_.slice(view.slice).has_index() ||
-      !rows_.slice(view.slice).is_sampled())
+      !rows_.slice(view.slice).is_sampled() || view.node >= rows_.slice(view.slice).description.node_count())
     return;
   rows_.slice(view.slice).heard.add(view.node, exit);
 }
@@ -187,7 +187,7 @@ void Service::Table::score(const RowView& view, float x, float g, float q) {
   if (view.row >= rows_.size() || !learns_) return;
   Row& row = rows_[view.row];
   if (!row.learning || row.learning->state() != RowState::open || !row.learning->has_fit) return;
-  if (q > 0 && std::isfinite(q) && std::isfinite(g)) row.learning->add_score(x, g, q);
+  if (q > 0 && std::isfinite(q) && g >= 0 && std::isfinite(g) && std::isfinite(x)) row.learning->add_score(x, g, q);
 }
 
 Service::Service(const Options& options, const Target& target)

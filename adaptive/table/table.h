@@ -96,7 +96,7 @@ class Service::Table {
     SliceId slice;
     std::uint32_t node;
   };
-  static constexpr std::uint32_t no_node = ~0u;
+  static constexpr std::uint32_t no_node = RowView::no_node;
   /// The part of a publish() that rows of densities count as, if there are new ones, for Options::progress.
   static constexpr double share_of_densities = 0.5;
 

@@ -9,6 +9,9 @@
 
 namespace tress::inline v0_2::adaptive {
 
+// Every function here is finite for every number: uniforms and shares are clamped, NaN counts as 0, and an angle that
+// is not finite as -pi.
+
 /// Does what wrap_angle() does for an angle that is out of range.
 float wrap_turns(float x);
 /// Wraps an angle into [-pi, pi).
