@@ -10,6 +10,7 @@
 #include "base/exp_of_negative.h"
 #include "base/float4.h"
 #include "base/pi.h"
+#include "density/unit.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace {
@@ -102,9 +103,6 @@ float density_of(const Parts& parts, float uniform_weight, float phi) {
   }
   return sum;
 }
-
-// Clamps into [0, 1]; NaN becomes 0.
-float unit(float x) { return x > 0 ? std::min(x, 1.0f) : 0; }
 
 float proposal_density_of(float density, float mass, float u_share) {
   if (!(mass > 0.0f)) return inverse_two_pi_f;

@@ -7,14 +7,12 @@
 
 #include "base/pi.h"
 #include "density/invert_line.h"
+#include "density/unit.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr double slack = 1e-6;  // radians
-
-/// Clamps into [0, 1]; NaN becomes 0.
-float unit(float x) { return x > 0 ? std::min(x, 1.0f) : 0; }
 
 /// An angle in [0, 2 pi).
 double positive(double x) {

@@ -7,15 +7,13 @@
 
 #include "base/pi.h"
 #include "density/invert_line.h"
+#include "density/unit.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace {
 
 constexpr float below_one = 0.99999994f;
-/// Clamps into [0, 1]; NaN becomes 0.
-float unit(float x) { return x > 0 ? std::min(x, 1.0f) : 0; }
-
 constexpr float least_share = 0x1p-25f;  // of the mass of a side; no height is drawn beyond it
 
 /// The z that a half normal law exceeds with probability q in (0, 1]: sqrt(2) erfc^-1(q) (Giles 2010, in single
