@@ -68,8 +68,9 @@ Float4 wrap4(Float4 x) {
     return Float4{wrap_angle(x[0]), wrap_angle(x[1]), wrap_angle(x[2]), wrap_angle(x[3])};
   constexpr auto rest = static_cast<float>(two_pi_f - two_pi);
   const Float4 turned = x < 0.0f ? (x + two_pi_f) - rest : (x - two_pi_f) + rest;
-  const Float4 wrapped = (turned >= -pi_f) & (turned < pi_f) ? turned : splat(-pi_f);
-  return (x >= pi_f) | (x < -pi_f) ? wrapped : x;
+  const Int4 is_on_circle = (turned >= -pi_f) & (turned < pi_f), is_out = (x >= pi_f) | (x < -pi_f);
+  const Float4 wrapped = is_on_circle ? turned : splat(-pi_f);
+  return is_out ? wrapped : x;
 }
 
 // Four parts by what they have in common; a part begins with these floats. Beyond the last part its shape is repeated,
