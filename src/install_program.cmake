@@ -24,5 +24,10 @@ add_custom_target(manual ALL DEPENDS ${manual}/tress.1)
 install(DIRECTORY ${manual}/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program FILES_MATCHING PATTERN "*.1")
 install(FILES ${manual}/tress.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT program RENAME tress)
 install(FILES ${manual}/_tress DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions COMPONENT program)
-install(DIRECTORY scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/tress COMPONENT program FILES_MATCHING PATTERN "*.json" PATTERN "*.obj" PATTERN "*.md" PATTERN "skin.png"
+install(DIRECTORY scenes DESTINATION ${CMAKE_INSTALL_DATADIR}/tress COMPONENT program FILES_MATCHING PATTERN "*.json" PATTERN "*.obj" PATTERN "skin.png"
   PATTERN "tress_render" EXCLUDE)
+file(GLOB_RECURSE pages CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} scenes/*.md)
+list(FILTER pages EXCLUDE REGEX "/tress_render/")
+foreach(page ${pages})
+  install_document(${page} program)
+endforeach()

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "tress/adaptive/ribbon.h"
 
@@ -36,6 +37,9 @@ GammaDecay GammaDecay::from(const std::array<float, 2>& decays) {
   return {static_cast<float>(first / l), static_cast<float>(std::expm1(l) / first_rate)};
 }
 
-float GammaDecay::at(float rate) const { return std::exp(-shape * std::log1p(scale * rate)); }
+float GammaDecay::at(float rate) const {
+  if (!(rate > 0)) return 1;
+  return std::exp(-shape * std::log1p(scale * std::min(rate, std::numeric_limits<float>::max())));
+}
 
 }  // namespace tress::inline v0_2::adaptive

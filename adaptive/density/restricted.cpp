@@ -7,6 +7,7 @@
 
 #include "base/pi.h"
 #include "density/invert_line.h"
+#include "density/unit.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace {
@@ -84,12 +85,17 @@ float angle_in(const Arc& arc, double past) {
 }  // namespace
 
 bool Arc::contains(float x) const {
-  const double past = positive(static_cast<double>(x) - static_cast<double>(from));
-  return past <= static_cast<double>(width) + slack || past >= two_pi - slack;
+  const Arc arc = clamped();
+  const double past = positive(static_cast<double>(x) - static_cast<double>(arc.from));
+  return past <= static_cast<double>(arc.width) + slack || past >= two_pi - slack;
+}
+
+Arc Arc::clamped() const {
+  return {wrap_angle(std::isfinite(from) ? from : 0.0f), width > least_width ? std::min(width, two_pi_f) : least_width};
 }
 
 RestrictedMixture::RestrictedMixture(const Mixture& mixture, const Arc& arc)
-    : mixture_(mixture), arc_{wrap_angle(arc.from), arc.width}, energy_(static_cast<double>(mixture.energy())) {
+    : mixture_(mixture), arc_(arc.clamped()), energy_(static_cast<double>(mixture.energy())) {
   for (const Component& part : mixture_.parts()) {
     const auto left = static_cast<double>(part.shape.s_left), right = static_cast<double>(part.shape.s_right);
     const double whole = left * between(0, pi / left) + right * between(0, pi / right);
@@ -116,12 +122,14 @@ float RestrictedMixture::density(float x) const {
 
 float RestrictedMixture::proposal_density(float x, float u_share) const {
   if (!arc_.contains(x)) return 0;
+  u_share = unit(u_share);
   const float own = inside_ > 0 ? density(x) / static_cast<float>(energy_) : 1 / arc_.width;
   return (1 - u_share) * own + u_share / arc_.width;
 }
 
 float RestrictedMixture::sample(float u, float u_share) const {
-  const double share = inside_ > 0 ? static_cast<double>(u_share) : 1;
+  u = unit(u);
+  const double share = inside_ > 0 ? static_cast<double>(unit(u_share)) : 1;
   if (u < share) return angle_in(arc_, u / share * arc_.width);
   double left = (u - share) / (1 - share) * inside_;
   for (const Piece& piece : std::span(pieces_).first(count_)) {
@@ -143,7 +151,7 @@ float RestrictedMixture::sample(float u, float u_share) const {
 
 RestrictedRibbon::RestrictedRibbon(const Ribbon& ribbon, const Arc& arc)
     : ribbon_(ribbon),
-      arc_{wrap_angle(arc.from), arc.width},
+      arc_(arc.clamped()),
       main_(mass_inside(ribbon_.main(), arc_)),
       broad_(mass_inside(ribbon_.broad(), arc_)) {
   share_ = static_cast<float>(std::min(main_ + broad_, 1.0));
@@ -157,7 +165,7 @@ float RestrictedRibbon::density(float x, float t) const {
 }
 
 Ribbon::Place RestrictedRibbon::sample(float u_azimuth, float u_height) const {
-  const double v = static_cast<double>(u_azimuth) * (main_ + broad_);
+  const double v = static_cast<double>(unit(u_azimuth)) * (main_ + broad_);
   const bool is_main = v < main_ || !(broad_ > 0);
   const std::span<const RibbonKnot> knots = is_main ? ribbon_.main() : ribbon_.broad();
   const auto [k, share] = place_of(knots, arc_, is_main ? v : v - main_);

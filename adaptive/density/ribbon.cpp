@@ -7,6 +7,7 @@
 
 #include "base/pi.h"
 #include "density/invert_line.h"
+#include "density/unit.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::inline v0_2::adaptive {
@@ -128,6 +129,7 @@ void set_level(std::array<RibbonKnot, count>& knots, float density, std::array<f
 }  // namespace
 
 float height_density(HeightLaw law, float t, float mode, float scale_below, float scale_above) {
+  if (!std::isfinite(t)) return 0;
   const float z = std::abs(t - mode) / (t < mode ? scale_below : scale_above), both = scale_below + scale_above;
   if (law == HeightLaw::normal) return 0.797884561f / both * std::exp(-0.5f * z * z);
   const float e = std::exp(-z);
@@ -135,6 +137,7 @@ float height_density(HeightLaw law, float t, float mode, float scale_below, floa
 }
 
 float height_share_below(HeightLaw law, float t, float mode, float scale_below, float scale_above) {
+  if (std::isnan(t)) t = 0;
   const bool is_below = t < mode;
   const float z = std::abs(t - mode) / (is_below ? scale_below : scale_above);
   const float e = law == HeightLaw::logistic ? std::exp(-z) : 0;
@@ -144,6 +147,7 @@ float height_share_below(HeightLaw law, float t, float mode, float scale_below, 
 }
 
 float sample_height(HeightLaw law, float u, float mode, float scale_below, float scale_above) {
+  u = unit(u);
   const float both = scale_below + scale_above;
   const bool is_below = u * both < scale_below;
   const float side = is_below ? scale_below : scale_above;
@@ -202,7 +206,7 @@ std::array<float, 2> Ribbon::cdf(float x, float t) const {
 
 Ribbon::Place Ribbon::sample(float u_azimuth, float u_height) const {
   const float in_main = main_mass(), in_broad = broad_below_.back();
-  const float v = u_azimuth * (in_main + in_broad);
+  const float v = unit(u_azimuth) * (in_main + in_broad);
   const bool from_main = v < in_main || !(in_broad > 0);
   const auto [x, at] = from_main ? Layer{main_, main_below_}.sample(std::min(v / in_main, below_one))
                                  : Layer{broad_, broad_below_}.sample(std::min((v - in_main) / in_broad, below_one));

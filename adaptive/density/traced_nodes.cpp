@@ -16,8 +16,9 @@
 namespace tress::inline v0_2::adaptive {
 namespace {
 
-constexpr float reach = 5.5f;       // in sigma: less than 4e-8 of the mass lies beyond
-constexpr float narrowest = 1e-5f;  // radians
+constexpr float reach = 5.5f;                    // in sigma: less than 4e-8 of the mass lies beyond
+constexpr float narrowest = 1e-5f, widest = 10;  // radians
+constexpr float heaviest = 1e12f;                // so that densities and their squares are finite
 constexpr float most_buckets = 1024;
 
 // Returns 32 bits that sort as the float does.
@@ -29,13 +30,14 @@ std::uint64_t ascending_bits(float x) {
 }  // namespace
 
 TracedNodes::TracedNodes(std::span<const TracedRay> rays, float blur_rad)
-    : blur_rad_(std::max(blur_rad, narrowest)),
+    : blur_rad_(blur_rad > narrowest ? std::min(blur_rad, widest) : narrowest),
       precision_(0.5f / (blur_rad_ * blur_rad_)),
       peak_(0.398942280f / blur_rad_) {
   std::vector<std::uint64_t> order;  // by ascending azimuth, then by ascending index
   order.reserve(rays.size());
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    if (rays[i].weight > 0) order.push_back(ascending_bits(wrap_angle(rays[i].azimuth)) << 32 | i);
+    if (rays[i].weight > 0 && std::isfinite(rays[i].weight))
+      order.push_back(ascending_bits(wrap_angle(rays[i].azimuth)) << 32 | i);
   }
   std::ranges::sort(order);
   azimuth_.resize(order.size() + blurred_sum_padding);
@@ -45,9 +47,9 @@ TracedNodes::TracedNodes(std::span<const TracedRay> rays, float blur_rad)
   for (std::size_t j = 0; j < order.size(); ++j) {
     const TracedRay& ray = rays[order[j] & 0xffffffffu];
     azimuth_[j] = wrap_angle(ray.azimuth);
-    weight_[j] = ray.weight;
+    weight_[j] = std::min(ray.weight, heaviest);
     attribute_[j] = ray.attribute;
-    mass += ray.weight;
+    mass += weight_[j];
   }
   energy_ = static_cast<float>(mass);
 

@@ -114,11 +114,10 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
       Candidate& one = candidates[i];
       if (!one.nodes && needs_nodes(one)) continue;  // the target could not trace them
       const std::size_t size = bytes_needed(one);
-      if (bytes_ + size > options_.memory_bytes) {
+      if (!takes(size)) {
         room = false;
         break;
       }
-      bytes_ += size;
       sizes.push_back(size);
       Row& row = rows_.add({one.slice, one.node});
       if (needs_nodes(one)) {

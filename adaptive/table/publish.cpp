@@ -118,6 +118,29 @@ bool Service::Table::goes_on(double done) {
   return !stopped_;
 }
 
+bool Service::Table::takes(std::size_t size) {
+  if (monitor_refused_ || bytes_ + size > options_.memory_bytes) return false;
+  if (options_.memory_monitor) {
+    calls_without_throwing(
+        "memory_monitor", [this](Error error) { discipline_.note(std::move(error)); },
+        [&] { monitor_refused_ = !options_.memory_monitor(static_cast<std::int64_t>(size), false); });
+    if (monitor_refused_) return false;
+    monitored_bytes_ += size;
+  }
+  bytes_ += size;
+  return true;
+}
+
+void Service::Table::report_memory(std::size_t bytes) {
+  monitor_refused_ = false;
+  const auto change = static_cast<std::int64_t>(bytes) - static_cast<std::int64_t>(monitored_bytes_);
+  if (!options_.memory_monitor || change == 0) return;
+  monitored_bytes_ = bytes;
+  calls_without_throwing(
+      "memory_monitor", [this](Error error) { discipline_.note(std::move(error)); },
+      [&] { options_.memory_monitor(change, true); });
+}
+
 void Service::Table::in_parallel(std::size_t count, const std::function<void(std::size_t)>& task) {
   if (!options_.parallel_for) {
     tbb::parallel_for(std::size_t{0}, count, task);
@@ -167,8 +190,9 @@ void Service::Table::log_events(const PassReport& report) {
   if (report.misuse) log(report.misuse->message());
   if (report.at_ceiling && !ceiling_logged_) {
     ceiling_logged_ = true;
-    log("the table is at its ceiling of " + std::to_string(options_.memory_bytes) +
-        " bytes: what has no row is traced at every query");
+    log("the table is at its ceiling of " + std::to_string(options_.memory_bytes) + " bytes" +
+        (options_.memory_monitor ? ", or its monitor refuses more" : "") +
+        ": what has no row is traced at every query");
   }
   if (report.unusable > 0 && !unusable_logged_) {
     unusable_logged_ = true;
@@ -235,6 +259,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   light_.queried = report.rows_queried;
 
   stopped_ = false;
+  report_memory();  // what readers have made
   if (learns_ && goes_on(0)) update_rows(report);
 
   std::ranges::sort(candidates, [&](const Candidate& x, const Candidate& y) {
@@ -253,6 +278,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
       slice->queries_before[n] = slice->slots[n].queries.load(std::memory_order_relaxed);
     }
   }
+  report_memory();
   fill_totals(report);
   report.cancelled = stopped_;
   announce();

@@ -10,6 +10,8 @@ namespace {
 /// Clamps into [0, 1); NaN becomes 0.
 float uniform(float u) { return u >= 0 ? (u < 1 ? u : 0x1.fffffep-1f) : 0.0f; }
 
+float finite(float x) { return std::isfinite(x) ? x : 0; }
+
 void set_parts(const RibbonRow& row, NodeValue& value) {
   for (std::uint32_t part = 0; part < row.parts(); ++part) {
     if (!(row.mass(part) > 0)) continue;
@@ -65,11 +67,19 @@ NodeValue sample(const Service& service, const Node& node, const std::array<floa
   if (row.ribbons != nullptr) {
     draw_place(*row.ribbons, u, value);
     set_parts(*row.ribbons, value);
-  } else if (service.slice(node.slice).kind == SliceKind::density) {
+  } else if (row.node != RowView::no_node && service.slice(node.slice).kind == SliceKind::density) {
     const float share = share_of(service, row);
+    if (row.state == RowState::converged) {
+      const auto [azimuth, density, pdf] = row.fit->draw(uniform(u[0]), share);
+      value.azimuth = azimuth;
+      value.density = value.parts[0] = density;
+      value.pdf = pdf;
+      value.answered = true;
+      return value;
+    }
     value.azimuth = row.sample(uniform(u[0]), share);
     set_density(row, share, value);
-    if (row.state != RowState::converged) service.score(row, value.azimuth, value.density, value.pdf);
+    service.score(row, value.azimuth, value.density, value.pdf);
   }
   return value;
 }
@@ -78,9 +88,10 @@ NodeValue evaluate(const Service& service, const Node& node, float azimuth, floa
   const RowView row = service.look_up(node.slice, node.a, node.b);
   NodeValue value;
   value.state = row.state;
-  value.azimuth = wrap_angle(azimuth);
+  value.azimuth = wrap_angle(finite(azimuth));
+  if (row.node == RowView::no_node) return value;
   if (service.slice(node.slice).kind == SliceKind::samples) {
-    value.height = height;
+    value.height = finite(height);
     if (row.ribbons != nullptr) set_parts(*row.ribbons, value);
     return value;
   }
@@ -92,7 +103,7 @@ NodeValue evaluate(const Service& service, const Node& node, float azimuth, floa
 float pdf(const Service& service, const Node& node, float azimuth, float height) {
   if (service.slice(node.slice).kind == SliceKind::samples) return evaluate(service, node, azimuth, height).pdf;
   const RowView row = service.peek(node.slice, node.a, node.b);
-  return row.proposal_density(wrap_angle(azimuth), share_of(service, row));
+  return row.node == RowView::no_node ? 0 : row.proposal_density(wrap_angle(finite(azimuth)), share_of(service, row));
 }
 
 Node choose(const Service& service, SliceId id, float a, float b, float xi1, float xi2) {
@@ -106,8 +117,8 @@ NodeValue mean(const Service& service, SliceId id, float a, float b, float azimu
   const Along at_a = along(slice.axis_a, a), at_b = along(slice.axis_b, b);
   NodeValue mean;
   mean.state = RowState::converged;
-  mean.azimuth = wrap_angle(azimuth);
-  mean.height = slice.kind == SliceKind::samples ? height : 0;
+  mean.azimuth = wrap_angle(finite(azimuth));
+  mean.height = slice.kind == SliceKind::samples ? finite(height) : 0;
   for (const std::uint32_t i : {0u, 1u}) {
     for (const std::uint32_t j : {0u, 1u}) {
       const float share = (i == 0 ? 1 - at_a.share : at_a.share) * (j == 0 ? 1 - at_b.share : at_b.share);
@@ -131,12 +142,16 @@ NodeValue sample_mean(const Service& service, SliceId slice, float a, float b, c
 
 void sample(const Service& service, std::span<const Node> nodes, std::span<const std::array<float, 3>> u,
             std::span<NodeValue> values) {
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = sample(service, nodes[i], u[i]);
+  const std::size_t count = std::min({values.size(), nodes.size(), u.size()});
+  for (std::size_t i = 0; i < count; ++i) values[i] = sample(service, nodes[i], u[i]);
+  std::ranges::fill(values.subspan(count), NodeValue{});
 }
 
 void evaluate(const Service& service, std::span<const Node> nodes, std::span<const std::array<float, 2>> places,
               std::span<NodeValue> values) {
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = evaluate(service, nodes[i], places[i][0], places[i][1]);
+  const std::size_t count = std::min({values.size(), nodes.size(), places.size()});
+  for (std::size_t i = 0; i < count; ++i) values[i] = evaluate(service, nodes[i], places[i][0], places[i][1]);
+  std::ranges::fill(values.subspan(count), NodeValue{});
 }
 
 }  // namespace tress::inline v0_2::adaptive

@@ -274,11 +274,10 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
   std::erase_if(growths, [&](const Growth& one) {
     if (slice.slots[one.node].row != Slot::no_row) return false;
     const std::size_t size = sizeof(Row) + sizeof(RibbonAnswer);
-    if (bytes_ + size > options_.memory_bytes) {
+    if (!takes(size)) {
       report.at_ceiling = true;
       return true;
     }
-    bytes_ += size;
     let_go_interpolated(slice, one.node);
     Row& row = rows_.add({id, one.node});
     ++report.creations;

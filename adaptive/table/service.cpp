@@ -151,7 +151,7 @@ std::uint32_t Service::Table::queries(SliceId slice, std::uint32_t a, std::uint3
 
 RowView Service::Table::peek(SliceId slice, std::uint32_t a, std::uint32_t b) {
   const std::uint32_t node = node_of(slice, a, b);
-  if (node == no_node) return {};
+  if (node == no_node) return bare_view(RowState::absent, slice, node);
   return rows_.slice(slice).has_index() ? view_at(slice, node) : bare_view(RowState::absent, slice, node);
 }
 
@@ -168,7 +168,7 @@ void Service::Table::credit(const RowView& view, float light, std::uint32_t even
 void Service::Table::hear(const RowView& view, const SampledExit& exit) {
   if (is_stale("hear", view)) return;
   if (view.slice >= rows_.slice_count() || !rows_.slice(view.slice).has_index() ||
-      !rows_.slice(view.slice).is_sampled())
+      !rows_.slice(view.slice).is_sampled() || view.node >= rows_.slice(view.slice).description.node_count())
     return;
   rows_.slice(view.slice).heard.add(view.node, exit);
 }
@@ -187,8 +187,19 @@ void Service::Table::score(const RowView& view, float x, float g, float q) {
   if (view.row >= rows_.size() || !learns_) return;
   Row& row = rows_[view.row];
   if (!row.learning || row.learning->state() != RowState::open || !row.learning->has_fit) return;
-  if (q > 0 && std::isfinite(q) && std::isfinite(g)) row.learning->add_score(x, g, q);
+  if (q > 0 && std::isfinite(q) && g >= 0 && std::isfinite(g) && std::isfinite(x)) row.learning->add_score(x, g, q);
 }
+
+class Service::MonitoredCall {
+ public:
+  explicit MonitoredCall(Table& table) : table_(table) {}
+  ~MonitoredCall() { table_.report_memory(); }
+  MonitoredCall(const MonitoredCall&) = delete;
+  MonitoredCall& operator=(const MonitoredCall&) = delete;
+
+ private:
+  Table& table_;
+};
 
 Service::Service(const Options& options, const Target& target)
     : table_(std::make_unique<Table>(options, &target, nullptr)) {}
@@ -200,9 +211,13 @@ Service::~Service() = default;
 const Options& Service::options() const { return table_->options(); }
 std::string Service::model_name() const { return table_->model_name(); }
 bool Service::has_target(SliceKind kind) const { return table_->has_target(kind); }
-Result<SliceId> Service::add_slice(const SliceDescription& description) { return table_->add_slice(description); }
+Result<SliceId> Service::add_slice(const SliceDescription& description) {
+  const MonitoredCall call(*table_);
+  return table_->add_slice(description);
+}
 Result<const FormedRows*> Service::add_form(SliceId slice, std::shared_ptr<const RowForm> form,
                                             const std::vector<float>& decay_rates) {
+  const MonitoredCall call(*table_);
   return table_->add_form(slice, std::move(form), decay_rates);
 }
 const SliceDescription& Service::slice(SliceId slice) const {
@@ -210,14 +225,20 @@ const SliceDescription& Service::slice(SliceId slice) const {
   return slice < slice_count() ? table_->all().slice(slice).description : none;
 }
 std::uint32_t Service::slice_count() const { return table_->all().slice_count(); }
-std::optional<Error> Service::load(RowSource& rows) { return table_->load(rows); }
+std::optional<Error> Service::load(RowSource& rows) {
+  const MonitoredCall call(*table_);
+  return table_->load(rows);
+}
 std::optional<Error> Service::load(const TableSnapshot& image) {
   SnapshotRows rows(image);
-  return table_->load(rows);
+  return load(rows);
 }
 std::unique_ptr<RowSource> Service::rows() const { return table_->rows(); }
 Result<std::string> Service::state() const { return table_->state(); }
-std::optional<Error> Service::restore(const std::string& state) { return table_->restore(state); }
+std::optional<Error> Service::restore(const std::string& state) {
+  const MonitoredCall call(*table_);
+  return table_->restore(state);
+}
 TableSnapshot Service::snapshot() const { return table_->snapshot(); }
 RowView Service::look_up(SliceId slice, std::uint32_t a, std::uint32_t b) const { return table_->look_up(slice, a, b); }
 FormedLookup Service::look_up(const FormedRows& rows, std::uint32_t node) const { return table_->look_up(rows, node); }
@@ -225,7 +246,10 @@ FormedLookup Service::fetch(const FormedRows& rows, std::uint32_t node) const { 
 void Service::credit(const RowView& row, float light, std::uint32_t events) const {
   table_->credit(row, light, events);
 }
-void Service::prepare() { table_->prepare(); }
+void Service::prepare() {
+  const MonitoredCall call(*table_);
+  table_->prepare();
+}
 void AnswerReader::count() const {
   if (service_ != nullptr) service_->table_->count_formed(queries_, converged_);
 }

@@ -39,6 +39,9 @@ class Service::Table {
     if (samples != nullptr)
       samples_ = std::make_unique<GuardedSamples>(*samples, [this](Error e) { discipline_.note(std::move(e)); });
   }
+  ~Table() { report_memory(0); }
+  Table(const Table&) = delete;
+  Table& operator=(const Table&) = delete;
 
   // service.cpp: calls of readers
   RowView look_up(SliceId slice, std::uint32_t a, std::uint32_t b);
@@ -74,6 +77,8 @@ class Service::Table {
 
   // publish.cpp
   PassReport publish(std::uint64_t paths);
+  /// Ends a call between passes for Options::memory_monitor: reports what it has not been asked for.
+  void report_memory() { report_memory(bytes_ + formed_bytes_); }
   bool publish_pays(double share) const;
 
   // heard_test.cpp
@@ -96,7 +101,7 @@ class Service::Table {
     SliceId slice;
     std::uint32_t node;
   };
-  static constexpr std::uint32_t no_node = ~0u;
+  static constexpr std::uint32_t no_node = RowView::no_node;
   /// The part of a publish() that rows of densities count as, if there are new ones, for Options::progress.
   static constexpr double share_of_densities = 0.5;
 
@@ -216,6 +221,11 @@ class Service::Table {
   // publish.cpp
   /// Reports what is done to Options::progress. False, from then on until the end of the pass, if the host ends it.
   bool goes_on(double done);
+  /// Counts the bytes of a new row. False, and counts nothing, if the memory limit or Options::memory_monitor is
+  /// against it.
+  bool takes(std::size_t size);
+  /// bytes: those that there are now.
+  void report_memory(std::size_t bytes);
   /// Calls task(i) for each i below count, in parallel: by Options::parallel_for, or else by oneTBB.
   void in_parallel(std::size_t count, const std::function<void(std::size_t)>& task);
   void update_rows(PassReport& report);
@@ -296,6 +306,8 @@ class Service::Table {
   std::function<void(const RowReport&)> listener_;
   bool learns_ = true;
   bool stopped_ = false;                      ///< whether Options::progress has ended the work of this pass
+  bool monitor_refused_ = false;              ///< whether Options::memory_monitor has refused a row in this call
+  std::size_t monitored_bytes_ = 0;           ///< the sum of what Options::memory_monitor was given
   std::uint32_t pass_ = 0;                    ///< number of the publish() that runs or ran last
   std::size_t bytes_ = 0;                     ///< bytes of all rows
   std::size_t index_bytes_ = 0;               ///< bytes of the indices of all slices

@@ -123,6 +123,12 @@ typedef struct tress_options {
   /* Called inside publish and prepare, by the thread that called those, before each portion of the work; done: the
      share that is done, in [0, 1). If it returns 0, the rest is left for later passes; the pass ends as always. */
   int (*on_progress)(void* user, double done);
+  /* Called with every change of tress_report::bytes, so that the sum is that number after each publish, and 0 when the
+     service and all fibers on it are released; tress_fibers_bytes() is not in it. post 0: asks before a row is opened.
+     If the answer is 0, the row is not counted, and no more rows are opened in this call: their nodes are answered as
+     at memory_bytes, and ask again in later passes. post 1: reports what has changed already; the answer is ignored.
+     By the thread that adds, loads, prepares, publishes or releases, where it may not use the service. */
+  int (*on_memory)(void* user, int64_t bytes, int post);
   /* The host's own tasks, in place of oneTBB's, in publish and prepare: calls task(data, i) for each i below count, on
      any threads, and returns when those calls have returned. The bits of the table stay the same. Called by the thread
      that publishes. tress_fibers_add() goes on to use `threads` of oneTBB. */

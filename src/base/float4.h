@@ -55,10 +55,18 @@ inline Float4 sqrt4(Float4 x) {
 #ifdef __SSE2__
   return _mm_sqrt_ps(x);
 #else
-  return {std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};
+  return Float4{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};
 #endif
 }
 inline Float4 abs4(Float4 x) { return std::bit_cast<Float4>(std::bit_cast<Int4>(x) & 0x7fffffff); }
+/// Whether a comparison holds in any lane.
+inline bool any4(Int4 holds) {
+#ifdef __SSE2__
+  return _mm_movemask_ps(std::bit_cast<__m128>(holds)) != 0;
+#else
+  return (holds[0] | holds[1] | holds[2] | holds[3]) != 0;
+#endif
+}
 inline float sum4(Float4 x) { return (x[0] + x[2]) + (x[1] + x[3]); }
 
 /// Returns {sum of a, sum of b, sum of c, 0}.
@@ -68,7 +76,7 @@ inline Float4 sums4(Float4 a, Float4 b, Float4 c) {
   _MM_TRANSPOSE4_PS(x, y, z, w);
   return (x + z) + (y + w);
 #else
-  return {sum4(a), sum4(b), sum4(c), 0};
+  return Float4{sum4(a), sum4(b), sum4(c), 0};
 #endif
 }
 
@@ -80,8 +88,8 @@ inline void transpose4(Float4& a, Float4& b, Float4& c, Float4& d) {
   a = x, b = y, c = z, d = w;
 #else
   const Float4 x = a, y = b, z = c, w = d;
-  a = {x[0], y[0], z[0], w[0]}, b = {x[1], y[1], z[1], w[1]};
-  c = {x[2], y[2], z[2], w[2]}, d = {x[3], y[3], z[3], w[3]};
+  a = Float4{x[0], y[0], z[0], w[0]}, b = Float4{x[1], y[1], z[1], w[1]};
+  c = Float4{x[2], y[2], z[2], w[2]}, d = Float4{x[3], y[3], z[3], w[3]};
 #endif
 }
 

@@ -67,6 +67,11 @@ adaptive::Options options_of(const tress_options& settings) {
       return call(user, done) != 0;
     };
   }
+  if (settings.on_memory != nullptr) {
+    options.memory_monitor = [call = settings.on_memory, user = settings.user](std::int64_t bytes, bool post) {
+      return call(user, bytes, post ? 1 : 0) != 0;
+    };
+  }
   if (settings.parallel_for != nullptr) {
     using Task = const std::function<void(std::size_t)>;
     options.parallel_for = [call = settings.parallel_for, user = settings.user](std::size_t count, Task& task) {

@@ -22,7 +22,7 @@ struct Place {
 };
 
 Place place_on(std::span<const double> axis, double x) {
-  const double inside = std::clamp(x, axis.front(), axis.back());
+  const double inside = std::fmin(std::fmax(x, axis.front()), axis.back());
   std::size_t node = 0;
   while (node + 2 < axis.size() && axis[node + 1] <= inside) ++node;
   return {node, (inside - axis[node]) / (axis[node + 1] - axis[node])};
@@ -58,7 +58,8 @@ double polynomial(const Coefficients& a, double u) {
 }
 
 double absorption(const Coefficients& a, double color) {
-  const double y = -std::log(std::clamp(color, 0.001, 0.999)), least = -std::log(lightest), most = -std::log(darkest);
+  const double y = -std::log(std::fmin(std::fmax(color, 0.001), 0.999)), least = -std::log(lightest),
+               most = -std::log(darkest);
   if (y <= least) return y * std::exp(polynomial(a, std::sqrt(least)));
   if (y <= most) return y * std::exp(polynomial(a, std::sqrt(y)));
   constexpr double step = 1e-3;

@@ -81,6 +81,9 @@ FiberParameters round_fiber(const PrincipledHair& hair) {
   return round_fiber({coated, 0.5 * all, 2 * all}, {scale, scale}, hair.widths);
 }
 
+/// Clamps into [0, 1]; NaN becomes 0.
+float share(float x) { return std::fmin(std::fmax(x, 0.0f), 1.0f); }
+
 }  // namespace
 
 FiberParameters fiber_of(const PrincipledHair& hair) {
@@ -112,11 +115,14 @@ FiberParameters fiber_of(const ChiangHair& hair) {
 }
 
 glm::vec3 sigma_a_of_principled_color(const glm::vec3& color, float radial_roughness) {
-  return sigma_a_from_color(glm::max(color, 1e-5f), double{radial_roughness});
+  glm::vec3 valid;
+  for (int c = 0; c < 3; ++c) valid[c] = std::fmin(std::fmax(color[c], 1e-5f), 1.0f);
+  return sigma_a_from_color(valid, double{share(radial_roughness)});
 }
 
 glm::vec3 sigma_a_of_principled_melanin(float melanin, float redness) {
-  const float amount = -std::log(std::max(1 - melanin, 1e-4f));
+  const float amount = -std::log(std::max(1 - share(melanin), 1e-4f));
+  redness = share(redness);
   return amount * ((1 - redness) * glm::vec3(0.506f, 0.841f, 1.653f) + redness * glm::vec3(0.343f, 0.733f, 1.924f));
 }
 

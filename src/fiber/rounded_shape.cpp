@@ -20,10 +20,12 @@ struct Steps {
   ParameterRange range;
 
   float value(double steps) const { return static_cast<float>(std::clamp(steps * step, range.least, range.most)); }
-  /// The step below or above: floor(x + u), and x itself if it is whole but for the rounding of floats.
+  /// The step below or above: floor(x + u), and x itself if it is whole but for the rounding of floats. Values are
+  /// clamped to a step beyond the range, and u to [0, 1]; NaN counts as the least.
   double at(float value, float u) const {
-    const double x = static_cast<double>(value) / step, whole = std::round(x);
-    return std::abs(x - whole) < rounding ? whole : std::floor(x + static_cast<double>(u));
+    const double near = std::min(std::fmax(static_cast<double>(value), range.least - step), range.most + step);
+    const double x = near / step, whole = std::round(x);
+    return std::abs(x - whole) < rounding ? whole : std::floor(x + std::clamp(std::fmax(double{u}, 0.0), 0.0, 1.0));
   }
 };
 

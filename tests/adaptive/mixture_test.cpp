@@ -4,13 +4,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <numbers>
+#include <span>
 #include <vector>
 
 #include "base/exp_of_negative.h"
 #include "support/quadrature.h"
+#include "tress/base/random.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace {
@@ -30,6 +34,19 @@ Mixture two_parts() {
   mixture.components[1] = {{3.1f, 0.05f, 0.02f}, 0.2f};
   mixture.uniform_weight = 0.1f;
   return mixture;
+}
+
+/// SkewLogistic::sample() as its formula stands, by the hyperbolic tangent of the standard library.
+float sample_by_formula(const SkewLogistic& shape, double u) {
+  const auto mass = [](double s) { return s * std::tanh(0.5 * pi / s); };
+  const auto quantile = [](double v, double s) {
+    const double e = std::exp(-pi / s), t = (1.0 - e) / (1.0 + e);
+    return std::min(s * std::log((1.0 + v * t) / std::max((1.0 - v) * t + 2.0 * e / (1.0 + e), 1e-300)), pi);
+  };
+  const double left = mass(shape.s_left), p_left = left / (left + mass(shape.s_right));
+  const double x = u < p_left ? -quantile(1.0 - u / p_left, shape.s_left)
+                              : quantile(std::min((u - p_left) / (1.0 - p_left), 1.0), shape.s_right);
+  return wrap_angle(static_cast<float>(shape.mu + x));
 }
 
 TEST(FastExp, StaysWithinItsStatedError) {
@@ -65,6 +82,42 @@ TEST(SkewLogistic, SampleInvertsTheCumulativeDensity) {
       double x = wrap_angle(shape.sample(u) - shape.mu);
       EXPECT_NEAR(mass_between(shape, -pi, std::min(x, 0.0)) + (x > 0 ? mass_between(shape, 0, x) : 0), u, 1e-5);
     }
+  }
+}
+
+// Draws are what stored tables and pictures depend on: faster steps must have the same bits.
+TEST(SkewLogistic, SamplesHaveTheBitsOfTheFormula) {
+  for (std::uint32_t i = 0; i < 20000; ++i) {
+    RandomStream random(17, i);
+    const auto scale = [&] { return 0.004f * std::pow(125.0f, random.next()); };  // to 0.5
+    const SkewLogistic shape{wrap_angle(7 * random.next()), scale(), scale()};
+    const float u = random.next();
+    ASSERT_EQ(shape.sample(u), sample_by_formula(shape, u)) << shape.s_left << " " << shape.s_right << " " << u;
+  }
+}
+
+// The density in lanes is the sum over the parts one by one, whatever their number and wherever they wrap.
+TEST(PackedMixture, DrawsInOneCallWhatSeveralGive) {
+  alignas(16) std::array<std::byte, PackedMixture::bytes_of(Mixture::max_components)> memory;
+  for (std::uint32_t i = 0; i < 20000; ++i) {
+    RandomStream random(19, i);
+    Mixture mixture;
+    mixture.component_count = i % (Mixture::max_components + 1);
+    mixture.uniform_weight = i % 2 == 0 ? 0 : random.next();
+    for (Component& part : std::span(mixture.components).first(mixture.component_count)) {
+      const float left = 0.004f * std::pow(125.0f, random.next()), right = 0.004f * std::pow(125.0f, random.next());
+      part = {{wrap_angle(7 * random.next()), left, right}, random.next()};
+    }
+    const PackedMixture& packed = *PackedMixture::put(memory.data(), mixture, 0);
+    const float share = i % 5 == 0 ? 0.0f : 0.02f;
+    const float u = random.next();
+    const MixtureDraw drawn = packed.draw(u, share);
+    ASSERT_EQ(drawn.azimuth, packed.sample(u, share));
+    ASSERT_EQ(drawn.density, packed.density(drawn.azimuth));
+    ASSERT_EQ(drawn.pdf, packed.proposal_density(drawn.azimuth, share));
+    float sum = mixture.uniform_weight * (0.5f * std::numbers::inv_pi_v<float>);
+    for (const Component& part : mixture.parts()) sum += part.weight * part.shape.density(drawn.azimuth);
+    ASSERT_EQ(drawn.density, sum) << mixture.component_count;
   }
 }
 

@@ -712,5 +712,48 @@ TEST(CInterface, AProgressCallbackMayEndAPass) {
   EXPECT_EQ(report.rows_open + report.rows_converged, 2u);
 }
 
+// The sum of what it is given is the figure of the report, and 0 in the end; a refusal holds rows back.
+TEST(CInterface, AMemoryCallbackFollowsTheTableAndMayHoldItBack) {
+  static std::int64_t sum;
+  static int asked;
+  static bool agrees;
+  static tress_service* inside;
+  sum = asked = 0;
+  agrees = false;
+  inside = nullptr;
+  {
+    Host host;
+    host.options.on_memory = [](void*, std::int64_t bytes, int post) {
+      if (inside != nullptr) {
+        EXPECT_EQ(tress_service_publish(inside, 0, nullptr), TRESS_INVALID_CALL);
+      }
+      asked += post == 0 ? 1 : 0;
+      if (post != 0 || agrees) sum += bytes;
+      return agrees ? 1 : 0;
+    };
+    ASSERT_EQ(host.create(), TRESS_OK);
+    inside = host.service;
+    const float u[3] = {0.5f, 0.5f, 0.5f};
+    tress_value value;
+    tress_report report;
+    for (int pass = 0; pass < 8; ++pass) {
+      agrees = pass > 1;
+      for (int i = 0; i < 1000; ++i) {
+        EXPECT_EQ(tress_service_sample(host.service, {host.densities, 1, 1}, u, &value), TRESS_OK);
+        EXPECT_EQ(value.answered, 1);
+        EXPECT_EQ(tress_service_sample(host.service, {host.samples, 1, 1}, u, &value), TRESS_OK);
+      }
+      EXPECT_EQ(tress_service_publish(host.service, 1, &report), TRESS_OK);
+      EXPECT_EQ(report.rows_open + report.rows_converged > 0, agrees);
+      EXPECT_EQ(report.at_ceiling != 0, !agrees);
+      EXPECT_EQ(sum, static_cast<std::int64_t>(report.bytes)) << pass;
+    }
+    EXPECT_EQ(asked, 4) << "once in each pass that it refuses, then for both rows";
+    EXPECT_GT(sum, 0);
+    inside = nullptr;
+  }
+  EXPECT_EQ(sum, 0);
+}
+
 }  // namespace
 }  // namespace tress

@@ -38,6 +38,7 @@ typedef struct host {
   tress_service* service;
   uint32_t beam, walk;
   int failures, calls_of_progress;
+  int64_t bytes;
 } host;
 
 static void on_error(void* user, tress_result result, const char* message) {
@@ -50,6 +51,12 @@ static int on_progress(void* user, double done) {
   return done >= 0 && done < 1;
 }
 
+static int on_memory(void* user, int64_t bytes, int post) {
+  (void)post;  // 0: may refuse
+  ((host*)user)->bytes += bytes;
+  return 1;
+}
+
 static int start(host* self) {
   memset(self, 0, sizeof *self);
   const tress_target target = {"beam-1", self, trace, draw, 2};
@@ -59,6 +66,7 @@ static int start(host* self) {
   options.user = self;
   options.on_error = on_error;
   options.on_progress = on_progress;
+  options.on_memory = on_memory;
   if (tress_service_create(&target, &options, &self->service) != TRESS_OK) return 0;
   const float a[5] = {-1, -0.5f, 0, 0.5f, 1}, b[3] = {0.25f, 0.5f, 0.75f};
   tress_slice slice;
@@ -108,6 +116,7 @@ int main(int count, char** arguments) {
     of_beam = mass(&first, beam, pass);
     of_walk = mass(&first, walk, pass);
     EXPECT(tress_service_publish(first.service, 4000, &report) == TRESS_OK);
+    EXPECT(first.bytes == (int64_t)report.bytes);
   }
   // The standard error of the beam's mean is 0.5/sqrt(2000) = 0.011 for weights in [0, 1]; the walk's has none.
   EXPECT(fabs(of_beam - 0.5) < 0.05 && fabs(of_walk - 0.9) < 1e-3);

@@ -4,10 +4,12 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
 #include "fiber/reference_data.h"
+#include "tress/fiber/lock_color.h"
 #include "tress/fiber/parameter_ranges.h"
 
 namespace {
@@ -122,6 +124,28 @@ TEST(PrincipledHair, MelaninAndColorsAreTheNodes) {
   // beta_N = 0.3: 5.969 - 0.0645 + 0.22788 - 0.28971 + 0.0451494 + 0.00059535.
   const double root = std::log(0.2) / 5.88841475;
   EXPECT_NEAR(fiber::sigma_a_of_principled_color({0.2f, 0.5f, 0.5f}, 0.3f).x, root * root, 1e-6);
+}
+
+TEST(PrincipledHair, ColorsThatAreNoneAreClamped) {
+  constexpr float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+  const fiber::FiberParameters fiber;
+  for (const float x : {nan, infinity, -infinity, 3e38f, -3e38f, 2.0f, -1.0f}) {
+    const float end = x > 0 ? 1.0f : 0.0f;
+    EXPECT_EQ(fiber::sigma_a_of_principled_color(glm::vec3(x), 0.3f),
+              fiber::sigma_a_of_principled_color(glm::vec3(end), 0.3f));
+    EXPECT_EQ(fiber::sigma_a_of_principled_color(glm::vec3(0.2f), x),
+              fiber::sigma_a_of_principled_color(glm::vec3(0.2f), end));
+    EXPECT_EQ(fiber::sigma_a_of_principled_melanin(x, 0.3f), fiber::sigma_a_of_principled_melanin(end, 0.3f));
+    EXPECT_EQ(fiber::sigma_a_of_principled_melanin(0.3f, x), fiber::sigma_a_of_principled_melanin(0.3f, end));
+    EXPECT_EQ(fiber::sigma_a_of_lock(glm::vec3(x), fiber), fiber::sigma_a_of_lock(glm::vec3(end), fiber));
+    for (float fiber::FiberParameters::* member : {&fiber::FiberParameters::eta, &fiber::FiberParameters::eccentricity,
+                                                   &fiber::FiberParameters::roughness, &fiber::FiberParameters::tilt}) {
+      fiber::FiberParameters of = fiber, clamped = fiber;
+      of.*member = x;
+      clamped.*member = x > 0 ? 1e6f : 0.0f;
+      EXPECT_EQ(fiber::sigma_a_of_lock(glm::vec3(0.5f), of), fiber::sigma_a_of_lock(glm::vec3(0.5f), clamped)) << x;
+    }
+  }
 }
 
 }  // namespace

@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
 
 #include "base/pi.h"
 #include "tress/fiber/parameter_ranges.h"
@@ -69,6 +73,26 @@ TEST(RoundedShape, AllShapesOfARangeAreWhatRoundingReturns) {
       EXPECT_NE(std::ranges::find(all, rounded_shape(between, {u, 1 - u - 0.05f, u})), all.end()) << s << " " << u;
     }
   }
+}
+
+TEST(RoundedShape, ClampsWhatIsOutOfRange) {
+  constexpr float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+  for (float FiberParameters::* member : {&FiberParameters::eccentricity, &FiberParameters::roughness,
+                                          &FiberParameters::tilt, &FiberParameters::medulla_radius}) {
+    FiberParameters low, high;
+    low.*member = -1, high.*member = 4;
+    const FiberParameters least = rounded_shape(low, {0, 0, 0}), most = rounded_shape(high, {0, 0, 0});
+    for (const float x : {nan, infinity, -infinity, 3e38f, -3e38f}) {
+      FiberParameters fiber;
+      fiber.*member = x;
+      EXPECT_EQ(rounded_shape(fiber, {0, 0, 0}), x > 0 ? most : least) << x;
+      const std::size_t all = rounded_shapes(fiber, high).size();
+      EXPECT_TRUE(all > 0 && all < 1000) << all;
+    }
+  }
+  for (const float u : {nan, infinity, -infinity, 3e38f})
+    EXPECT_EQ(rounded_shape({}, {u, u, u}),
+              rounded_shape({}, u > 0 ? std::array{1.0f, 1.0f, 1.0f} : std::array<float, 3>{}));
 }
 
 }  // namespace

@@ -138,6 +138,12 @@ struct Host {
     require(done >= 0 && done < 1);
     return static_cast<Host*>(user)->ends();
   }
+  static int memory(void* user, std::int64_t bytes, int post) {
+    require(bytes != 0 && (post != 0 || bytes > 0));
+    const auto& self = *static_cast<Host*>(user);
+    if (self.mood == 2) throw 3;
+    return self.mood == 1 ? 0 : 1;
+  }
 };
 
 tress_options options_of(Bytes& bytes, Host* host) {
@@ -153,6 +159,7 @@ tress_options options_of(Bytes& bytes, Host* host) {
   options.on_error = Host::fail;
   options.on_log = Host::log;
   if (bytes.next(2) == 0) options.on_progress = Host::progress;
+  options.on_memory = Host::memory;
   return options;
 }
 

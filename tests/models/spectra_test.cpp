@@ -3,8 +3,11 @@
 
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <numbers>
+#include <span>
 #include <vector>
 
 #include "tress/adaptive/service.h"
@@ -133,6 +136,43 @@ TEST(Spectra, OfClearHairKeepAllLight) {
     squares += weight * weight / draws;
   }
   EXPECT_NEAR(sum, 1, 5 * std::sqrt((squares - sum * sum) / draws));
+}
+
+// Of rows, of paths that an event of a row draws instead, and before rows answer. NaN and what is below 0 count as 0,
+// infinity as the largest absorption; where the spans differ the shorter counts.
+TEST(Spectra, ClampWhatIsNoAbsorption) {
+  constexpr float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+  for (const int passes : {0, 6}) {
+    const Colors of(passes);
+    for (int i = 0; i < 200; ++i) {
+      RandomStream random(12, static_cast<std::uint64_t>(i));
+      const FiberEvent event = of.begin(1, random);
+      const FiberDirection wi = any_direction(random);
+      const std::array<float, 4> u{random.next(), random.next(), random.next(), random.next()};
+      const std::array<float, 8> strange{nan, -1, -infinity, infinity, 3e38f, 1e-42f, 1, 2};
+      const std::array<float, 8> meant{0, 0, 0, 1e20f, 1e20f, 1e-42f, 1, 2};
+      std::array<float, 8> s, expected, weights, expected_weights;
+      EXPECT_EQ(of.model->evaluate_spectrum(event, wi, strange, s),
+                of.model->evaluate_spectrum(event, wi, meant, expected));
+      of.model->sample_spectrum(event, u, strange, weights);
+      of.model->sample_spectrum(event, u, meant, expected_weights);
+      EXPECT_EQ(s, expected);
+      EXPECT_EQ(weights, expected_weights);
+      for (std::size_t c = 0; c < s.size(); ++c) EXPECT_TRUE(std::isfinite(s[c]) && std::isfinite(weights[c])) << c;
+      for (const FiberDirection& odd : {FiberDirection{nan, infinity}, {infinity, nan}}) {
+        EXPECT_TRUE(std::isfinite(of.model->evaluate_spectrum(event, odd, strange, s)));
+        for (const float one : s) EXPECT_TRUE(std::isfinite(one));
+      }
+
+      std::array<float, 2> two;
+      std::array<float, 4> longer;
+      of.model->evaluate_spectrum(event, wi, std::span(meant).last(2), two);
+      of.model->evaluate_spectrum(event, wi, std::span(meant).last(2), longer);
+      EXPECT_EQ(longer, (std::array{two[0], two[1], 0.0f, 0.0f}));
+      of.model->sample_spectrum(event, u, {}, longer);
+      EXPECT_EQ(longer, (std::array<float, 4>{}));
+    }
+  }
 }
 
 TEST(Spectra, OfOtherModelsAreZero) {

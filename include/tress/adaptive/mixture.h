@@ -9,6 +9,9 @@
 
 namespace tress::inline v0_2::adaptive {
 
+// Every function here is finite for every number: uniforms and shares are clamped, NaN counts as 0, and an angle that
+// is not finite as -pi.
+
 /// Does what wrap_angle() does for an angle that is out of range.
 float wrap_turns(float x);
 /// Wraps an angle into [-pi, pi).
@@ -66,6 +69,11 @@ struct Mixture {
   float sample(float u, float u_share) const;
 };
 
+/// An azimuth, radians in [-pi, pi), with the density of a mixture and that of its draws there, both in 1/rad.
+struct MixtureDraw {
+  float azimuth, density, pdf;
+};
+
 /// A mixture in as little memory as its components need, as a table keeps it. Its densities are those of the original
 /// mixture to the bit; attributes are rounded to 8 bits behind the point (by 0.2 % at most). It cannot be moved,
 /// because its components follow it in memory.
@@ -92,6 +100,8 @@ class PackedMixture {
   float proposal_density(float phi, float u_share) const;
   float proposal_density_at(float density, float u_share) const;
   float sample(float u, float u_share) const;
+  /// sample() with density() and proposal_density() there, at less cost and to the bit.
+  MixtureDraw draw(float u, float u_share) const;
 
   std::size_t bytes() const { return bytes_of(component_count); }
 

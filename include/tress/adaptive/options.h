@@ -73,6 +73,15 @@ struct Options {
   /// reported as misuse.
   std::function<bool(double done)> progress = nullptr;
 
+  /// Called with every change of PassReport::bytes, in bytes, so that the sum is that number whenever a call between
+  /// passes returns, and 0 once the service is destroyed. With post == false, the service asks before it opens a row:
+  /// if the answer is false, the row is not counted, and no more rows are opened in this call. Their nodes are answered
+  /// as at the memory limit, and ask again in later passes (PassReport::at_ceiling); which rows there are then depends
+  /// on the answers. With post == true it reports what has changed already, such as fits and forms, and ignores the
+  /// answer. By the thread of the call, between passes only, and by the destructor. May be empty; one that throws
+  /// counts as one that returns true, and is reported as misuse.
+  std::function<bool(std::int64_t bytes, bool post)> memory_monitor = nullptr;
+
   /// The host's own tasks, in place of oneTBB's, for all that publish(), prepare() and restore() do in parallel. Calls
   /// task(i) for each i below count, on any threads, and returns when those calls have returned. The bits of the table
   /// are the same as without it. A task that was left out is done by the calling thread; one that is called twice is

@@ -24,17 +24,21 @@ struct NodeValue {
   std::array<float, 4> parts{};   ///< for samples, the density of each; otherwise parts[0] is density
   float pdf = 0;                  ///< with which sample() draws the place, same unit
   RowState state = RowState::absent;
-  bool answered = false;  ///< false: no row of samples answers here yet; density, parts and pdf are 0
+  /// False: no row of samples answers here yet, or there is no such slice or node; density, parts and pdf are then 0.
+  bool answered = false;
 };
 
-// Any thread, during a pass. Uniforms are in [0, 1) and are clamped, NaN becomes 0; azimuth and height are finite.
+// Any thread, during a pass. Uniforms are in [0, 1) and are clamped. Other numbers may be any; those that are not
+// finite count as 0, and an infinite a or b as that end of its axis. PassReport::misuse reports slices and nodes that
+// do not exist.
 
 /// Draws a place of a node: density / pdf is the weight. Densities use u[0]. An open row is scored.
 NodeValue sample(const Service& service, const Node& node, const std::array<float, 3>& u);
 /// The same values at a place of the host's. An open row observes it.
 NodeValue evaluate(const Service& service, const Node& node, float azimuth, float height = 0);
 
-/// The pdf of evaluate() alone, without a trace: where the row is open or absent, nothing is evaluated or learned.
+/// The pdf of evaluate() alone, without a trace: where the row is open or absent, nothing is evaluated or learned, and
+/// misuse is not reported.
 float pdf(const Service& service, const Node& node, float azimuth, float height = 0);
 
 /// A node around the place (a, b), by coordinates on the slice's axes, chosen by xi such that the mean over xi of
@@ -46,7 +50,7 @@ NodeValue mean(const Service& service, SliceId slice, float a, float b, float az
 /// Draws from the pdf of mean(), and gives both. u: as for sample(), then xi1, xi2.
 NodeValue sample_mean(const Service& service, SliceId slice, float a, float b, const std::array<float, 5>& u);
 
-/// These do the same for as many queries as `values` has room for; the other spans have as many.
+/// These do the same for as many queries as the shortest of the spans has; values beyond them are not answered.
 void sample(const Service& service, std::span<const Node> nodes, std::span<const std::array<float, 3>> u,
             std::span<NodeValue> values);
 void evaluate(const Service& service, std::span<const Node> nodes, std::span<const std::array<float, 2>> places,

@@ -11,11 +11,15 @@
 
 namespace tress::inline v0_2::adaptive {
 
-/// The azimuths from `from` (radians, any turn) upwards over `width`, (0, 2 pi].
+/// The azimuths from `from` (radians, any turn) upwards over `width`, [least_width, 2 pi]. Everything clamps a width
+/// out of that range; numbers that are not finite count as 0, but a width of infinity as 2 pi.
 struct Arc {
+  static constexpr float least_width = 1e-5f;
   float from = 0, width = 0;
   /// Both ends count, and 1e-6 beyond them, so that every azimuth that is drawn is inside.
   bool contains(float x) const;
+  /// Within its ranges, from in [-pi, pi): the arc that it stands for.
+  Arc clamped() const;
 };
 
 /// A mixture within an arc: its components cut off there, and scaled to the energy that the mixture has on the whole
@@ -32,7 +36,7 @@ class RestrictedMixture {
   /// The density from which sample() draws, 1/rad: (1 - u_share) density/energy + u_share/width; 0 outside. Its
   /// integral over the arc is 1.
   float proposal_density(float x, float u_share) const;
-  /// Draws from it. u in [0, 1). Radians in [-pi, pi).
+  /// Draws from it. u in [0, 1), clamped. Radians in [-pi, pi).
   float sample(float u, float u_share) const;
 
  private:

@@ -26,7 +26,8 @@ struct RibbonKnot {
 enum class HeightLaw : std::uint8_t { normal = 0, logistic = 1 };
 
 /// Values of the law with this mode and these scales (> 0): the density at t, the mass below t, and the height with the
-/// mass u in [0, 1] below it. That height is finite and within 19 scales of the mode.
+/// mass u in [0, 1], clamped, below it. That height is finite and within 19 scales of the mode. The density at a height
+/// that is not finite is 0, and NaN counts as 0 for the mass below it.
 float height_density(HeightLaw law, float t, float mode, float scale_below, float scale_above);
 float height_share_below(HeightLaw law, float t, float mode, float scale_below, float scale_above);
 float sample_height(HeightLaw law, float u, float mode, float scale_below, float scale_above);
@@ -34,7 +35,7 @@ float sample_height(HeightLaw law, float u, float mode, float scale_below, float
 /// f(x, t) = sum over the two layers of density(x) law(t; mode(x), scales(x)), with mass 1 over both. The main layer
 /// has its knots where its light is. The broad layer has equidistant knots (the first at -pi) and the logistic law.
 /// Each layer continues from its last knot to its first. Immutable except for assignment; any thread may read. x in
-/// radians, any turn; t any finite number.
+/// radians, any turn; t any number, as in height_density(); uniforms are clamped.
 class Ribbon {
  public:
   static constexpr std::size_t main_knots = 32, broad_knots = 8;

@@ -28,7 +28,7 @@ struct RowView {
   const TracedNodes* nodes = nullptr;
   /// The row's identity, which Service::observe(), score() and credit() read. no_row: it is absent.
   SliceId slice = 0;
-  std::uint32_t node = 0;  ///< a * axis_b.size() + b
+  std::uint32_t node = 0;  ///< a * axis_b.size() + b; no_node: there is no such slice or node
   std::uint32_t row = no_row;
   /// The pass in which it was looked up, by number of publish().
   std::uint32_t pass = 0;
@@ -39,7 +39,7 @@ struct RowView {
   /// Owns nodes or ribbons that the table had no room for.
   std::shared_ptr<const void> kept;
 
-  static constexpr std::uint32_t no_row = ~0u;
+  static constexpr std::uint32_t no_row = ~0u, no_node = ~0u;
 
   /// The functions of Mixture for the published fit. Uniform if nothing is published yet.
   float density(float x) const { return fit ? fit->density(x) : 0; }

@@ -161,6 +161,7 @@ class Service {
  private:
   friend class AnswerReader;
   class Table;
+  class MonitoredCall;
   std::unique_ptr<Table> table_;
 };
 

@@ -59,7 +59,7 @@ struct PassReport {
   std::uint64_t rows_reopened = 0;
   std::uint64_t rows_refused = 0;
   std::uint64_t bytes = 0;  ///< memory of the rows and of their forms
-  bool at_ceiling = false;  ///< a creation waits for memory, or a slice without an index was queried
+  bool at_ceiling = false;  ///< a creation waits for memory or its monitor, or a slice without an index was queried
   double objective_p50 = 0, objective_p90 = 0, objective_p99 = 0, objective_max = 0;  ///< over all tested rows so far
   AbsorbedObjective absorbed_objective;                                               ///< over the session so far
   std::array<std::uint64_t, Mixture::max_components + 1> components{};  ///< converged mixtures by number of components

@@ -13,7 +13,8 @@ namespace tress::inline v0_2::adaptive {
 /// The rays of one row. Immutable after construction; any thread may read.
 class TracedNodes {
  public:
-  /// Keeps rays of positive weight, sorted by azimuth wrapped into [-pi, pi).
+  /// Keeps rays of positive, finite weight, sorted by azimuth wrapped into [-pi, pi). blur_rad is clamped to
+  /// [1e-5, 10], weights to 1e12.
   TracedNodes(std::span<const TracedRay> rays, float blur_rad);
 
   std::size_t size() const { return attribute_.size(); }

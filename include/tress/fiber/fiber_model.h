@@ -13,6 +13,7 @@
 #include <numbers>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "tress/fiber/lobes.h"
 #include "tress/fiber/parameter_ranges.h"
@@ -119,14 +120,15 @@ class FiberModel {
   /// Whether the model implements the two functions below.
   virtual bool has_spectra() const { return false; }
   /// S at wi, of all lobes, under other absorptions than the fiber's: a texture's color, or wavelengths. sigma_a: for
-  /// each channel, any number of them, >= 0 and finite, per major semi-axis; s: has as many. Gains count by their
-  /// luminance. Returns the pdf, which is that of the fiber's own color: add fibers whose colors are near those to
-  /// come. It counts a query of its own. Where the model has none, s is 0.
+  /// each channel, any number of them, per major semi-axis, clamped to [0, 1e20], NaN counts as 0; s: has as many,
+  /// or the shorter counts and the rest of s is 0. Gains count by their luminance. Returns the pdf, which is that of
+  /// the fiber's own color: add fibers whose colors are near those to come. It counts a query of its own. Where the
+  /// model has none, s is 0.
   float evaluate_spectrum(const FiberEvent& event, const FiberDirection& wi, std::span<const float> sigma_a,
                           std::span<float> s) const {
     std::ranges::fill(s, 0.0f);
     if (event.fiber >= fiber_count_) return 0;
-    add_spectrum(event, wi, sigma_a, s);
+    with_absorptions(sigma_a, s, [&](auto valid, auto out) { add_spectrum(event, wi, valid, out); });
     return pdf_of_event(event, wi);
   }
   /// sample(), and S of the same light under other absorptions: s / value.pdf are the weights.
@@ -135,11 +137,13 @@ class FiberModel {
     const FiberSample drawn = sample(event, u);
     std::ranges::fill(s, 0.0f);
     if (event.fiber >= fiber_count_) return drawn;
-    if (drawn.way < 0) {
-      add_spectrum(event, drawn.wi, sigma_a, s);
-    } else {
-      recolor_path(event, drawn, sigma_a, s);
-    }
+    with_absorptions(sigma_a, s, [&](auto valid, auto out) {
+      if (drawn.way < 0) {
+        add_spectrum(event, drawn.wi, valid, out);
+      } else {
+        recolor_path(event, drawn, valid, out);
+      }
+    });
     return drawn;
   }
   /// S and Q without an event: the mean over the nodes that the events of wr may choose, so a pure function of the
@@ -206,6 +210,20 @@ class FiberModel {
   }
   /// Clamps into [0, 1); NaN becomes 0.
   static float uniform(float u) { return u >= 0 ? (u < 1 ? u : 0x1.fffffep-1f) : 0.0f; }
+
+  /// Calls call(sigma_a, s) for as many channels as both have, with absorptions in their range.
+  template <class Call>
+  static void with_absorptions(std::span<const float> sigma_a, std::span<float> s, Call&& call) {
+    constexpr float most = 1e20f;  // so that products with it are finite; it leaves no light
+    const std::size_t count = std::min(sigma_a.size(), s.size());
+    if (count == 0) return;
+    sigma_a = sigma_a.first(count);
+    if (std::ranges::all_of(sigma_a, [](float one) { return one >= 0 && one <= most; }))
+      return call(sigma_a, s.first(count));
+    std::vector<float> valid;
+    for (const float one : sigma_a) valid.push_back(one > 0 ? std::min(one, most) : 0.0f);
+    call(std::span<const float>(valid), s.first(count));
+  }
 
   /// These do the same as the public functions, for parameters in their ranges and fibers that were added. Directions
   /// may be any numbers: NaN becomes 0.

@@ -13,8 +13,8 @@ namespace tress::inline v0_2::fiber {
 ///
 /// It is a fit to paths of light through such locks. It is off by at most 0.02 for colors from 0.05 to 0.95, eta from
 /// 1.35 to 1.8 and tilts up to 8 degrees. Parameters out of these ranges, and colors out of [0.001, 0.999], are
-/// clamped. A color darker than what the surface alone reflects is impossible: the absorption is then that of a lock
-/// which is nearly as dark as it can be. Falls with the color; pure; any thread.
+/// clamped, NaN to the least. A color darker than what the surface alone reflects is impossible: the absorption is then
+/// that of a lock which is nearly as dark as it can be. Falls with the color; pure; any thread.
 glm::vec3 sigma_a_of_lock(const glm::vec3& color, const FiberParameters& fiber);
 
 }  // namespace tress::inline v0_2::fiber

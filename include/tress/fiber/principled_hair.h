@@ -51,10 +51,11 @@ struct ChiangHair {
 FiberParameters fiber_of(const ChiangHair& hair);
 
 /// Absorption of hair of that multiple scattering albedo (Chiang et al. 2016), as the node computes it for colors and
-/// tints. color: linear RGB, clamped to [1e-5, 1]. radial_roughness: beta_N; for elliptical fibers, their roughness.
+/// tints. color: linear RGB, clamped to [1e-5, 1]. radial_roughness: beta_N; for elliptical fibers, their roughness;
+/// [0, 1], clamped. NaN counts as the least, here and below.
 glm::vec3 sigma_a_of_principled_color(const glm::vec3& color, float radial_roughness);
 
-/// Absorption of melanin in [0, 1], of which the share `redness` in [0, 1] is pheomelanin.
+/// Absorption of melanin in [0, 1], of which the share `redness` in [0, 1] is pheomelanin; clamped.
 glm::vec3 sigma_a_of_principled_melanin(float melanin, float redness);
 
 }  // namespace tress::inline v0_2::fiber

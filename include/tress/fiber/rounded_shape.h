@@ -15,7 +15,8 @@ struct ShapeSteps {
 
 /// Rounds the numbers that are part of a row's slice to the step below or above, so that their means over u, uniform
 /// in [0, 1)^3 (eccentricity, roughness, others), are the given ones; a step out of a parameter's range becomes the end
-/// of that range, so that the mean of a roughness below 1 degree grows. All other members are kept. Any thread.
+/// of that range, so that the mean of a roughness below 1 degree grows. All other members are kept. Numbers are
+/// clamped, NaN counts as the least. Any thread.
 FiberParameters rounded_shape(FiberParameters fiber, const std::array<float, 3>& u);
 
 /// All that rounded_shape() returns for fibers between two, number by number, in ascending order: the product of the
