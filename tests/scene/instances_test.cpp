@@ -94,7 +94,7 @@ TEST(Instances, ThatAreWrongAreNamed) {
        {std::tuple{"[]", "/grooms/0/instances", "one copy or more"},
         {"[{\"scale\": 0}]", "/grooms/0/instances/0/scale", ""},
         {"[{}, {\"shear\": 1}]", "/grooms/0/instances/1", "shear"},
-        {"[{\"scale\": 1e6, \"translate\": [1e6, 1e6, 1e6]}]", "instances", "within 1e+06 cm"}}) {
+        {"[{\"scale\": 1e6, \"translate\": [0, 0, -1e6]}]", "instances", "within 1e+06 cm"}}) {
     const auto scene = load(framed, instances);
     ASSERT_FALSE(scene) << instances;
     EXPECT_THAT(scene.error().message(), HasSubstr(place));
