@@ -55,7 +55,7 @@ def main():
         for name, groom in grooms.items():
             with open(path(name + ".json"), "w") as out:
                 json.dump(scene(groom, options.width), out)
-        run([tress, "convert", path("copies.json"), path("all.hair"), "--quiet"])
+        run([tress, "convert", path("copies.json"), path("all.hair")])
         found = {}
         for name in grooms:
             cpu, memory = run([tress, "render", path(name + ".json"), "-o", path(name + ".exr"), "--spp", str(options.spp), "--quiet",
