@@ -51,7 +51,7 @@ std::string in_words(const HairParameter& parameter) {
 }
 
 /// Adds up the contents of the slices.
-TableHair joined(std::vector<HairParameter> parameters, const std::vector<const SliceContents*>& slices) {
+TableHair table_hair(std::vector<HairParameter> parameters, const std::vector<const SliceContents*>& slices) {
   TableHair hair;
   hair.parameters = std::move(parameters);
   std::vector<float> objectives;
@@ -182,10 +182,10 @@ std::vector<TableHair> hair_of(const std::vector<SliceContents>& slices) {
     for (const std::size_t j : members) is_listed[j] = true;
     std::vector<HairParameter> parameters = hair_parameters(slice);
     parameters.back() = {"roughness", *roughness};
-    all.push_back(joined(std::move(parameters), together));
+    all.push_back(table_hair(std::move(parameters), together));
   }
   for (std::size_t i = 0; i < slices.size(); ++i) {
-    if (!is_listed[i]) all.push_back(joined(hair_parameters(slices[i].slice), {&slices[i]}));
+    if (!is_listed[i]) all.push_back(table_hair(hair_parameters(slices[i].slice), {&slices[i]}));
   }
   return all;
 }

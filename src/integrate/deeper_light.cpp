@@ -13,7 +13,7 @@ namespace {
 constexpr double fixed_point = 1 << 20;
 constexpr double most_light = 1 << 10;  ///< bound of the noted light of one copy, in the unit
 constexpr int hit_bits = 36;
-constexpr std::uint64_t most_hits = 1 << 20;  ///< bound of the noted hits of one copy
+constexpr std::uint64_t most_noted_hits = 1 << 20;  ///< bound of the noted hits of one copy
 /// Factor on the number of copies that the rule gives. Few paths have often not met the brightest light yet, and too
 /// few copies cost more than too many (bench/README.md, what lies deeper).
 constexpr double more_copies = 1.5;
@@ -92,7 +92,7 @@ void DeeperLight::note(std::size_t place, const glm::vec3& light, std::uint64_t 
   if (!std::isfinite(square)) return;
   Notes& notes = notes_[place / directions][place % directions];
   // The sums are of unsigned integers, which wrap, so they have the bits of sums of signed integers.
-  const std::uint64_t count_and_hits = std::uint64_t{1} << hit_bits | std::min(hits, most_hits);
+  const std::uint64_t count_and_hits = std::uint64_t{1} << hit_bits | std::min(hits, most_noted_hits);
   notes.count_and_hits.fetch_add(count_and_hits, std::memory_order_relaxed);
   notes.light.fetch_add(static_cast<std::uint64_t>(to_fixed(std::clamp(mean, -most_light, most_light))),
                         std::memory_order_relaxed);

@@ -12,7 +12,7 @@
 namespace tress::integrate {
 namespace {
 
-constexpr float largest = std::numeric_limits<float>::max();
+constexpr float largest_value = std::numeric_limits<float>::max();
 /// Relative variance below which paths count as equal. Paths are floats, so a smaller spread comes from rounded sums.
 constexpr double least_spread = 1e-12;
 
@@ -24,7 +24,7 @@ glm::dvec3 written_variance(const PixelSums& pixel, Ground ground) {
   const glm::dvec3 limit = least_spread * pixel.beauty(ground) / n;
   for (int c = 0; c < 3; ++c)
     if (variance[c] * n < limit[c] * limit[c]) variance[c] = 0;
-  return glm::min(variance, static_cast<double>(largest));
+  return glm::min(variance, static_cast<double>(largest_value));
 }
 
 /// Beauty as the sum of the layers as they are in the file.
@@ -32,7 +32,7 @@ glm::vec3 shown_beauty(const PixelSums& pixel, Ground ground) {
   glm::vec3 sum(0.0f);
   for (std::size_t layer = 0; layer < beauty_layers(ground); ++layer)
     sum += glm::vec3(pixel.layers[layer] / static_cast<double>(pixel.samples));
-  return glm::clamp(sum, -largest, largest);  // rounding may exceed the largest float
+  return glm::clamp(sum, -largest_value, largest_value);  // rounding may exceed the largest_value float
 }
 
 }  // namespace
@@ -69,7 +69,7 @@ image::DeepPicture Film::deep_picture() const {
       if (bin.paths == 0) break;
       const auto over = static_cast<double>(seen_through);
       const glm::dvec3 color =
-          glm::clamp(bin.light / over, -static_cast<double>(largest), static_cast<double>(largest));
+          glm::clamp(bin.light / over, -static_cast<double>(largest_value), static_cast<double>(largest_value));
       deep.samples.push_back(
           {glm::vec3(color), static_cast<float>(static_cast<double>(bin.paths) / over), bin.near_cm, bin.far_cm});
       seen_through -= bin.paths;
@@ -133,7 +133,7 @@ image::Picture Film::picture() const {
   for (std::size_t group = 0; group < extra_.groups.size(); ++group) {
     add_three("light." + extra_.groups[group] + ".", rgb, [&](const PixelSums& pixel) {
       const auto at = static_cast<std::size_t>(&pixel - pixels_.data());
-      const glm::dvec3 most(static_cast<double>(largest));
+      const glm::dvec3 most(static_cast<double>(largest_value));
       return glm::clamp(group_sums_[at * extra_.groups.size() + group] / samples(pixel), -most, most);
     });
   }
