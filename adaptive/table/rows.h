@@ -23,7 +23,7 @@ RowView view_of(const Slot& slot);
 /// they are, and are never removed. Functions that change something: one thread, while there is no reader.
 class Rows {
  public:
-  /// As the constructor of Slice.
+  /// Adds a slice; the arguments are those of its constructor.
   SliceId add_slice(const SliceDescription& description, bool has_index, std::uint32_t parts);
   std::uint32_t slice_count() const { return static_cast<std::uint32_t>(slices_.size()); }
   Slice& slice(SliceId id) const { return *slices_[id]; }

@@ -270,7 +270,7 @@ class Service::Table {
   bool is_misuse(const char* call, SliceId slice, std::uint32_t node);
   /// Does the same for a view, which must not be of an earlier pass. False unless passes are checked.
   bool is_stale(const char* call, const RowView& row);
-  /// The number of node (a, b); no_node if there is none.
+  /// The number of node (a, b), or no_node.
   std::uint32_t node_of(SliceId slice, std::uint32_t a, std::uint32_t b) const;
   RowView bare_view(RowState state, SliceId slice, std::uint32_t node) const {
     RowView view;

@@ -261,7 +261,7 @@ class RenderJob {
 
   std::size_t strand_count() const {
     std::size_t count = 0;
-    for (const scene::Groom& groom : scene_.grooms) count += groom.strand_count() * groom.copies();
+    for (const scene::Groom& groom : scene_.grooms) count += groom.strand_count() * groom.times();
     return count;
   }
 

@@ -23,12 +23,12 @@ namespace {
 
 /// A stretch of a strand, from a place on one segment to the same place on the next, that is present or absent as a
 /// whole. Pieces of a ribbon overlap at the inner side of a bend, where a ray may meet both, so a cell ends in the
-/// middle of a piece. copy: Embree's id of it, or RTC_INVALID_GEOMETRY_ID.
+/// middle of a piece. instance: Embree's id, or RTC_INVALID_GEOMETRY_ID if the groom has none.
 struct Cell {
-  std::uint32_t groom, copy, strand, index;
-  Cell(const StrandCurves& curves, std::uint32_t copy_of_groom, std::uint32_t segment, float t)
+  std::uint32_t groom, instance, strand, index;
+  Cell(const StrandCurves& curves, std::uint32_t instance_id, std::uint32_t segment, float t)
       : groom(curves.groom),
-        copy(copy_of_groom),
+        instance(instance_id),
         strand(curves.segments[segment].strand),
         index(t < end(float(curves.pieces)) ? segment : segment + 1) {}
   /// The middle of the piece that 0.625 of the segment lies in.
@@ -79,17 +79,17 @@ class DrawnHits {
   std::vector<Entry> all_;
 };
 
-/// The copies of grooms by Embree's ids, which are consecutive.
-struct Copies {
-  struct Copy {
+/// The instances of all grooms by Embree's ids, which are consecutive.
+struct Instances {
+  struct Entry {
     std::uint32_t groom, index;
     const scene::Instance* instance;
   };
   std::uint32_t first_id = 0;
-  std::vector<Copy> all = {};
-  std::vector<std::uint32_t> first_of_groom = {};  ///< Embree's id of its first copy, or RTC_INVALID_GEOMETRY_ID
+  std::vector<Entry> all = {};
+  std::vector<std::uint32_t> first_of_groom = {};  ///< Embree's id of its first one, or RTC_INVALID_GEOMETRY_ID
 
-  /// id: Embree's, or RTC_INVALID_GEOMETRY_ID, which is not scaled.
+  /// The scale of an instance. id: Embree's, or RTC_INVALID_GEOMETRY_ID, which is not scaled.
   float scale(std::uint32_t id, float time) const {
     if (id == RTC_INVALID_GEOMETRY_ID) return 1;
     const scene::Instance& instance = *all[id - first_id].instance;
@@ -100,8 +100,8 @@ struct Copies {
 /// The data of a ray for the filter. Embree passes a pointer to the first member.
 struct RayQuery {
   embree::RayContext context;
-  std::uint32_t start_groom, start_copy, first_own, own_count;  ///< the segments of the strand that the ray leaves
-  const Copies* copies;
+  std::uint32_t start_groom, start_instance, first_own, own_count;  ///< the segments of the strand that the ray leaves
+  const Instances* instances;
   float start;                 ///< distance from Embree's origin to where the ray starts
   const std::uint8_t* passed;  ///< scene::ObjectMarks by geometry; null: it passes nothing
   float time;
@@ -111,15 +111,15 @@ struct RayQuery {
 };
 
 /// Whether the ray hits the segment there. The result does not depend on the order of the segments.
-bool is_met(const StrandCurves& curves, std::uint32_t copy, std::uint32_t segment, float t, std::uint64_t key) {
-  const Cell cell(curves, copy, segment, t);
-  const std::uint64_t own_key = copy == RTC_INVALID_GEOMETRY_ID ? key : RandomStream(key, copy).next_bits();
+bool is_met(const StrandCurves& curves, std::uint32_t instance, std::uint32_t segment, float t, std::uint64_t key) {
+  const Cell cell(curves, instance, segment, t);
+  const std::uint64_t own_key = instance == RTC_INVALID_GEOMETRY_ID ? key : RandomStream(key, instance).next_bits();
   return RandomStream(own_key, std::uint64_t{cell.groom} << 32 | cell.strand, cell.index).next() <
          curves.presence(segment, t);
 }
 
-/// Embree's id of the copy that was hit, or RTC_INVALID_GEOMETRY_ID.
-std::uint32_t copy_of(const RTCFilterFunctionNArguments* arguments, unsigned int i) {
+/// Embree's id of the instance that was hit, or RTC_INVALID_GEOMETRY_ID.
+std::uint32_t instance_of(const RTCFilterFunctionNArguments* arguments, unsigned int i) {
   return RTCHitN_instID(arguments->hit, arguments->N, i, 0);
 }
 
@@ -130,7 +130,7 @@ bool ends_at(const StrandCurves& curves, const RTCFilterFunctionNArguments* argu
   RTCHit hit{};
   hit.primID = RTCHitN_primID(arguments->hit, n, i);
   hit.geomID = curves.groom;
-  hit.instID[0] = copy_of(arguments, i);
+  hit.instID[0] = instance_of(arguments, i);
   hit.u = RTCHitN_u(arguments->hit, n, i);
   hit.v = RTCHitN_v(arguments->hit, n, i);
   hit.Ng_x = RTCHitN_Ng_x(arguments->hit, n, i);
@@ -217,11 +217,11 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
       arguments->valid[i] = 0;
       continue;
     }
-    const std::uint32_t copy = copy_of(arguments, i);
-    const bool is_own =
-        curves.groom == query.start_groom && copy == query.start_copy && segment - query.first_own < query.own_count;
+    const std::uint32_t instance = instance_of(arguments, i);
+    const bool is_own = curves.groom == query.start_groom && instance == query.start_instance &&
+                        segment - query.first_own < query.own_count;
     const auto two_radii = [&] {
-      return 2 * query.copies->scale(copy, query.time) * curves.semi_axis(segment, along, query.time);
+      return 2 * query.instances->scale(instance, query.time) * curves.semi_axis(segment, along, query.time);
     };
     if (is_own && RTCRayN_tfar(arguments->ray, n, i) - query.start < two_radii()) {
       arguments->valid[i] = 0;
@@ -235,7 +235,7 @@ void fiber_filter(const RTCFilterFunctionNArguments* arguments) {
     }
     if (!curves.is_sparse || arguments->valid[i] == 0) continue;
     const bool is_there = query.drawn != nullptr ? ends_at(curves, arguments, i, *query.drawn)
-                                                 : is_met(curves, copy, segment, along, query.key);
+                                                 : is_met(curves, instance, segment, along, query.key);
     if (!is_there) arguments->valid[i] = 0;
   }
 }
@@ -291,13 +291,13 @@ RTCRayHit unmet(const Ray& ray, float start, bool has_meshes) {
 }
 
 /// key: the ray's key; it is not used if no strand has a presence. unseen: by rays of its kind.
-RayQuery ray_query(const Ray& ray, const std::vector<StrandCurves>& grooms, const Copies& copies, float start,
+RayQuery ray_query(const Ray& ray, const std::vector<StrandCurves>& grooms, const Instances& instances, float start,
                    std::uint64_t key, const scene::ObjectMarks& unseen) {
   RayQuery query;
-  query.copies = &copies;
-  query.start_copy = ray.start_instance == no_index || ray.start_groom >= grooms.size()
-                         ? RTC_INVALID_GEOMETRY_ID
-                         : copies.first_of_groom[ray.start_groom] + ray.start_instance;
+  query.instances = &instances;
+  query.start_instance = ray.start_instance == no_index || ray.start_groom >= grooms.size()
+                             ? RTC_INVALID_GEOMETRY_ID
+                             : instances.first_of_groom[ray.start_groom] + ray.start_instance;
   query.key = key;
   embree::init(&query.context);
   query.start_groom = ray.start_groom;
@@ -315,7 +315,7 @@ RayQuery ray_query(const Ray& ray, const std::vector<StrandCurves>& grooms, cons
   return query;
 }
 
-/// Moves a hit from the coordinates of a groom to those of a copy of it.
+/// Moves a hit from the coordinates of a groom to those of the scene.
 void place(const scene::Instance& instance, Hit* hit) {
   const scene::Similarity now = instance.at(hit->time);
   if (!instance.later.empty()) {
@@ -467,7 +467,7 @@ RTCScene new_scene(RTCDevice device, const TreeOptions& tree, bool has_meshes) {
   return scene;
 }
 
-/// A copy of a scene.
+/// An instance of a groom's scene.
 RTCGeometry placed(RTCDevice device, RTCScene scene, const scene::Instance& instance) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE);
   check(device, geometry);
@@ -509,8 +509,8 @@ glm::vec3 start_of(const Hit& hit, const glm::vec3& direction, const fiber::Fibe
          (hit.share * hit.semi_axis_cm * half_width(direction, hit.v, hit.w, hit.eccentricity) / sine) * side;
 }
 
-/// Embree's geometries: the grooms by index, then the meshes, then the copies of grooms. A groom with copies is in a
-/// scene of its own, and has no geometry of its index.
+/// Embree's geometries: the grooms by index, then the meshes, then the instances of grooms. A groom with instances is
+/// in a scene of its own, and has no geometry of its index.
 struct FiberScene::Implementation {
   Implementation() = default;
   Implementation(const Implementation&) = delete;
@@ -523,48 +523,47 @@ struct FiberScene::Implementation {
   std::atomic<std::ptrdiff_t> embree_bytes{0};
   std::vector<StrandCurves> grooms;  ///< Embree and the filter point to these: they must not move
   std::vector<Surface> surfaces;
-  Copies copies;
-  /// The hit on a fiber of a groom, or of a copy of it.
+  Instances instances;
+  /// The hit on a fiber of a groom, or of an instance of it.
   Hit on_fiber(const Ray& ray, float distance_cm, const RTCHit& found) const {
     if (found.instID[0] == RTC_INVALID_GEOMETRY_ID) return fiber_hit(grooms[found.geomID], ray, distance_cm, found);
-    const Copies::Copy& copy = copies.all[found.instID[0] - copies.first_id];
-    const scene::Similarity now = copy.instance->at(ray.time);
+    const Instances::Entry& entry = instances.all[found.instID[0] - instances.first_id];
+    const scene::Similarity now = entry.instance->at(ray.time);
     Ray local = ray;
     local.origin = now.local_point(ray.origin);
     local.direction = glm::normalize(ray.direction * now.turn);
-    Hit hit = fiber_hit(grooms[copy.groom], local, distance_cm / now.scale, found);
+    Hit hit = fiber_hit(grooms[entry.groom], local, distance_cm / now.scale, found);
     const glm::vec3 back = hit.position - hit.came_by;
-    place(*copy.instance, &hit);
+    place(*entry.instance, &hit);
     hit.position = ray.origin + distance_cm * ray.direction;
     hit.came_by = hit.position - now.scale * glm::length(back) * ray.direction;
     hit.distance_cm = distance_cm;
-    hit.instance = copy.index;
+    hit.instance = entry.index;
     return hit;
   }
   /// Converts the hit that Embree found; empty if it found none. key: the key of rays that leave the hit.
   std::optional<Hit> hit(const Ray& ray, const RTCRayHit& found, std::uint64_t key) const {
     if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     const float distance_cm = std::max(found.ray.tfar - start, 0.0f);
-    const bool is_copy = found.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
-    Hit hit = is_copy || found.hit.geomID < grooms.size()
+    const bool is_instance = found.hit.instID[0] != RTC_INVALID_GEOMETRY_ID;
+    Hit hit = is_instance || found.hit.geomID < grooms.size()
                   ? on_fiber(ray, distance_cm, found.hit)
                   : surface_hit(surfaces[found.hit.geomID - grooms.size()], ray, distance_cm, found.hit);
     hit.key = key;
     return hit;
   }
 
-  /// Builds the tree of a groom, once, and adds its copies to the scene.
-  void add_copies(const scene::Groom& groom, std::uint32_t index, const TreeOptions& tree, bool has_meshes) {
+  /// Builds the tree of a groom, once, and adds its instances to the scene.
+  void add_instances(const scene::Groom& groom, std::uint32_t index, const TreeOptions& tree, bool has_meshes) {
     const RTCScene own = new_scene(device, tree, has_meshes);
     attach(own, ribbons(device, tree, &grooms[index]), 0);
     rtcJoinCommitScene(own);
-    copies.first_of_groom[index] = static_cast<std::uint32_t>(copies.first_id + copies.all.size());
-    for (const scene::Instance& instance : groom.instances) {
-      const auto copy = static_cast<std::uint32_t>(&instance - groom.instances.data());
-      attach(scene, placed(device, own, instance), copies.first_id + copies.all.size());
-      copies.all.push_back({index, copy, &instance});
+    instances.first_of_groom[index] = static_cast<std::uint32_t>(instances.first_id + instances.all.size());
+    for (std::uint32_t i = 0; i < groom.instances.size(); ++i) {
+      attach(scene, placed(device, own, groom.instances[i]), instances.first_id + instances.all.size());
+      instances.all.push_back({index, i, &groom.instances[i]});
     }
-    rtcReleaseScene(own);  // its copies keep it
+    rtcReleaseScene(own);  // its instances keep it
     check(device, scene);
   }
 
@@ -609,11 +608,11 @@ FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(doubl
     self.surfaces.push_back({&mesh, index, largest_coordinate(mesh)});
     if (!mesh.triangles.empty()) attach(self.scene, triangles(self.device, mesh), scene.grooms.size() + index);
   }
-  self.copies.first_id = static_cast<std::uint32_t>(scene.grooms.size() + scene.meshes.size());
-  self.copies.first_of_groom.assign(scene.grooms.size(), RTC_INVALID_GEOMETRY_ID);
+  self.instances.first_id = static_cast<std::uint32_t>(scene.grooms.size() + scene.meshes.size());
+  self.instances.first_of_groom.assign(scene.grooms.size(), RTC_INVALID_GEOMETRY_ID);
   for (std::uint32_t index = 0; index < scene.grooms.size(); ++index)
     if (!scene.grooms[index].instances.empty() && !self.grooms[index].first_control.empty())
-      self.add_copies(scene.grooms[index], index, tree, !scene.meshes.empty());
+      self.add_instances(scene.grooms[index], index, tree, !scene.meshes.empty());
   // Embree calls it from any thread; it returns true to continue.
   const auto monitor = [](void* listener, double share) {
     (*static_cast<const std::function<void(double)>*>(listener))(share);
@@ -632,7 +631,7 @@ std::optional<Hit> FiberScene::intersect(const Ray& ray) const {
   const Implementation& self = *implementation_;
   const std::uint64_t key = self.sparse ? key_of(ray) : 0;
   if (self.sparse && ray.drawn >= 0) return intersect_drawn(ray, key);
-  RayQuery query = ray_query(ray, self.grooms, self.copies, self.start, key, self.unseen(ray));
+  RayQuery query = ray_query(ray, self.grooms, self.instances, self.start, key, self.unseen(ray));
   RTCRayHit found = unmet(ray, self.start, !self.surfaces.empty());
   embree::intersect1(self.scene, &query.context, &found);
   return self.hit(ray, found, key);
@@ -640,7 +639,7 @@ std::optional<Hit> FiberScene::intersect(const Ray& ray) const {
 
 std::optional<Hit> FiberScene::intersect_drawn(const Ray& ray, std::uint64_t key) const {
   const Implementation& self = *implementation_;
-  RayQuery query = ray_query(ray, self.grooms, self.copies, self.start, key, self.unseen(ray));
+  RayQuery query = ray_query(ray, self.grooms, self.instances, self.start, key, self.unseen(ray));
   DrawnHits drawn(ray.drawn);
   query.drawn = &drawn;
   RTCRayHit found = unmet(ray, self.start, !self.surfaces.empty());
@@ -654,7 +653,7 @@ bool FiberScene::has_presence() const { return implementation_->sparse; }
 bool FiberScene::occluded(const Ray& ray, float distance_cm) const {
   const Implementation& self = *implementation_;
   RayQuery query =
-      ray_query(ray, self.grooms, self.copies, self.start, self.sparse ? key_of(ray) : 0, self.without_shadow);
+      ray_query(ray, self.grooms, self.instances, self.start, self.sparse ? key_of(ray) : 0, self.without_shadow);
   RTCRay shadow = embree_ray(ray, self.start, !self.surfaces.empty());
   shadow.tfar = self.start + distance_cm;
   embree::occluded1(self.scene, &query.context, &shadow);

@@ -21,7 +21,7 @@ struct Ray {
   glm::vec3 direction;  ///< unit
   /// The strand that the ray leaves, if there is one (ray_from sets both).
   std::uint32_t start_groom = no_index, start_strand = no_index;
-  std::uint32_t start_instance = no_index;  ///< the copy of the groom (Hit::instance)
+  std::uint32_t start_instance = no_index;  ///< the instance of the groom (Hit::instance)
   bool from_camera = false;                 ///< whether it meets what the camera sees (scene::Visibility)
   float time = 0;                           ///< 0 at the opening of the shutter, 1 at its closing
   /// These two decide which strands with a presence (scene::Groom::presence) the ray hits. If `drawn` is in [0, 1), the
@@ -116,8 +116,8 @@ struct TreeOptions {
 /// that lies on a mesh, or in it up to its axis, is lit like its part outside: a ray that leaves it passes the mesh
 /// outwards and not inwards, even before its start (Ray::came_by). Things that move (scene::Groom::later,
 /// scene::Mesh::later) are hit where they are at the ray's time. If strands have a presence, a ray hits each segment
-/// with that probability, independently of the segments before it. Copies of a groom (scene::Groom::instances) share
-/// its strands and their tree.
+/// with that probability, independently of the segments before it. Instances of a groom (scene::Groom::instances)
+/// share its strands and their tree.
 ///
 /// Objects may be left out for rays of a kind (scene::Visibility): rays of the camera, other rays of `intersect`, and
 /// rays of `occluded`.

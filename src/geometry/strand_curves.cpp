@@ -116,8 +116,8 @@ struct StrandShape {
   double root_angle_rad, turn_rad_per_cm;
 };
 
-/// The size of a pixel in the coordinates of a groom, when the shutter opens: of copies, for the one that is nearest to
-/// the camera and before it.
+/// The size of a pixel in the coordinates of a groom, when the shutter opens: of its instances, for the one that is
+/// nearest to the camera and before it.
 class PixelSize {
  public:
   PixelSize(const scene::Scene& scene, const scene::Groom& groom)

@@ -91,8 +91,8 @@ struct StrandCurves {
 
 /// Strands with less than two distinct points, with fewer than their basis needs, or with a point that is not finite at
 /// any moment, have no segments. If the scene has a least width, control points are widened to it as its camera sees
-/// them when the shutter opens, and at later moments by the same factors; a strand of width 0 keeps it. Of a groom with
-/// copies the nearest one decides.
+/// them when the shutter opens, and at later moments by the same factors; a strand of width 0 keeps it. The
+/// nearest of a groom's instances decides.
 StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index);
 
 }  // namespace tress::geometry

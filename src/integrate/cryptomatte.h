@@ -44,8 +44,8 @@ std::vector<MatteKind> matte_kinds(const scene::Scene& scene);
 /// or more objects than ObjectCounts has room for.
 void add_mattes(const Film& film, const MatteKind& kind, image::Picture* picture);
 
-/// The bits of the id of a strand, whose name is GROOM/ID, or GROOM/COPY/ID if the groom has copies: the groom's name
-/// in mattes, the index of the copy (geometry::Hit::instance) and the strand's id.
+/// The bits of the id of a strand, whose name is GROOM/ID, or GROOM/INSTANCE/ID if the groom has instances: the groom's
+/// name in mattes, the index of the instance (geometry::Hit::instance) and the strand's id.
 std::uint32_t strand_matte_bits(const scene::Groom& groom, std::uint32_t instance, std::uint32_t strand);
 
 /// Adds the layers of strands, CryptoStrand00 to CryptoStrand05, if the film counts them. Equal shares are ranked in

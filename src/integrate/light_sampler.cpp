@@ -24,9 +24,8 @@ std::vector<glm::vec3> lit_points(const scene::Scene& scene) {
     for (std::size_t i = 0; i < count; ++i) points.push_back(point(i * all / count));
   };
   for (const scene::Groom& groom : scene.grooms)
-    keep_some(groom.points.size() * groom.copies(), [&](std::size_t i) {
-      const glm::vec3& point = groom.points[i % groom.points.size()];
-      return groom.instances.empty() ? point : groom.instances[i / groom.points.size()].first.point(point);
+    keep_some(groom.points.size() * groom.times(), [&](std::size_t i) {
+      return groom.place(i / groom.points.size()).point(groom.points[i % groom.points.size()]);
     });
   for (const scene::Mesh& mesh : scene.meshes)
     keep_some(mesh.positions.size(), [&](std::size_t i) { return mesh.positions[i]; });

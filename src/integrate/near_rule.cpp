@@ -50,10 +50,8 @@ void measure_closeness(NearOptions& options, const scene::Scene& scene, const ge
       const auto at = static_cast<std::size_t>(random.next() * static_cast<float>(points.size()));
       geometry::Ray ray;
       ray.direction = any_direction(random);
-      const auto& copies = scene.grooms[groom].instances;
-      const glm::vec3& point = points[std::min(at, points.size() - 1)];
-      const scene::Similarity place = copies.empty() ? scene::Similarity{} : copies[i * copies.size() / rays].first;
-      ray.origin = place.point(point) - far * place.scale * ray.direction;
+      const scene::Similarity place = scene.grooms[groom].place(i * scene.grooms[groom].times() / rays);
+      ray.origin = place.point(points[std::min(at, points.size() - 1)]) - far * place.scale * ray.direction;
       ray.key = random.next_bits();
       std::optional<geometry::Hit> hit = fibers.intersect(ray);
       for (int hits = 0; hits < hits_of_ray && hit && !hit->is_surface; ++hits) {

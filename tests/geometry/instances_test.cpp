@@ -1,4 +1,4 @@
-// Copies of a groom against the same strands written out: every hit, for camera and shadow rays, at rest and moving.
+// Instances of a groom against the same strands written out: every hit, for camera and shadow rays, at rest and moving.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,7 +36,7 @@ scene::Scene tuft(StrandBasis basis) {
   scene::Scene scene;
   scene.materials.resize(1);
   scene.materials[0].fiber.eccentricity = basis == StrandBasis::linear ? 1 : 0.6f;
-  scene.image.curve_error_px = 1e-4f;  // as many pieces for all copies
+  scene.image.curve_error_px = 1e-4f;  // as many pieces for all instances
   scene::Groom groom;
   groom.basis = basis;
   groom.first_point = {0};
@@ -62,7 +62,7 @@ Similarity random_place(RandomStream& random) {
   return {rotation(random_direction(random), angle), 0.5f + random.next(), random_point(random, 3)};
 }
 
-/// The scene with one groom for each copy.
+/// The scene with one groom for each instance.
 scene::Scene written_out(const scene::Scene& scene) {
   scene::Scene all = scene;
   all.grooms.clear();
@@ -93,7 +93,7 @@ struct Compared {
 /// Compares hits of rays, and those of rays that leave them. within: tolerance of positions and directions.
 Compared compare(const scene::Scene& scene, float within, float last_time) {
   const scene::Scene all = written_out(scene);
-  const FiberScene copies(scene), written(all);
+  const FiberScene fibers(scene), written(all);
   RandomStream random(2026, 2);
   Compared compared;
   for (int i = 0; i < 40000; ++i) {
@@ -102,14 +102,14 @@ Compared compare(const scene::Scene& scene, float within, float last_time) {
     ray.origin = random_point(random, 4) - 8.0f * ray.direction;
     ray.time = last_time * random.next();
     for (int bounce = 0; bounce < 2; ++bounce) {
-      const std::optional<Hit> a = copies.intersect(ray);
+      const std::optional<Hit> a = fibers.intersect(ray);
       Ray other = ray;
       if (other.start_instance != no_index) {
         other.start_groom = other.start_instance;
         other.start_instance = no_index;
       }
       const std::optional<Hit> b = written.intersect(other);
-      EXPECT_EQ(copies.occluded(ray), a.has_value());
+      EXPECT_EQ(fibers.occluded(ray), a.has_value());
       const bool same = a.has_value() == b.has_value() &&
                         (!a || (a->instance == b->groom && a->strand == b->strand && a->groom == 0));
       if (!same) ++compared.differ;
@@ -157,7 +157,7 @@ TEST_P(Instances, ThatMoveAreHitWhereTheyAre) {
   for (int i = 0; i < 5; ++i) {
     const Similarity first = random_place(random);
     Similarity later = first;
-    later.offset += random_point(random, 1);  // without a turn, copies are what points make of them, at any time
+    later.offset += random_point(random, 1);  // without a turn, they are what points make of them, at any time
     scene.grooms[0].instances.push_back({first, {later}});
   }
   const Compared compared = compare(scene, 1e-3f, 1);
@@ -175,15 +175,15 @@ TEST(InstancesInMemory, TakeThatOfOneAndOfTheirPlaces) {
   const std::size_t one = FiberScene(scene).bytes();
   for (int i = 0; i < 9999; ++i) scene.grooms[0].instances.push_back({random_place(random)});
   const std::size_t all = FiberScene(scene).bytes();
-  // Embree keeps for a copy its matrix both ways, its bounds and an entry of the tree; the strands take 12 * 4 * 200
-  // bytes and more.
+  // Embree keeps for an instance its matrix both ways, its bounds and an entry of the tree; the strands take 12 * 4 *
+  // 200 bytes and more.
   EXPECT_LT((all - one) / 9999, 1500u);
   EXPECT_LT(sizeof(Instance), 100u);
 }
 
 TEST(InstancesWithPresence, AreMetIndependently) {
-  // Two copies one behind the other, each there with a half: a quarter of the rays pass both. 4,000 rays have a
-  // standard deviation of 0.007; equal draws in both copies would let a half pass.
+  // Two instances one behind the other, each there with a half: a quarter of the rays pass both. 4,000 rays have a
+  // standard deviation of 0.007; equal draws in both would let a half pass.
   scene::Scene scene = straight_scene({{{-5, 0, 0}, {5, 0, 0}, 1, 1, 1}}, true, 2);
   scene.grooms[0].presence = {0.5f};
   scene.grooms[0].instances = {{Similarity{}}, {Similarity{glm::mat3(1.0f), 1, {0, 20, 0}}}};

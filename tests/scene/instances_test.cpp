@@ -1,5 +1,5 @@
-// Copies of grooms in scene files: where they are, when they move, what is wrong with them, and their strands written
-// out.
+// Instances of grooms in scene files: where they are, when they move, what is wrong with them, and their strands
+// written out.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -69,11 +69,11 @@ TEST(Instances, MoveByKeysAndOnATurntable) {
   const auto turned = load(fmt::format(R"({{"turntable": {{"frames": 4, "look_at": [0, 0, 0]}}, {}}})", shutter),
                            R"([{"translate": [10, 0, 0]}])", "", {.frame = 1});
   ASSERT_TRUE(turned) << turned.error().message();
-  const Instance& copy = turned->grooms[0].instances[0];  // a quarter, clockwise from above
-  EXPECT_NEAR(glm::distance(copy.first.offset, {0, -10, 0}), 0, 1e-4f);
-  EXPECT_NEAR(glm::distance(copy.first.turn[0], {0, -1, 0}), 0, 1e-5f);
-  ASSERT_EQ(copy.later.size(), 1u);
-  EXPECT_NEAR(glm::distance(copy.later[0].offset, {-10, 0, 0}), 0, 1e-4f);
+  const Instance& instance = turned->grooms[0].instances[0];  // a quarter, clockwise from above
+  EXPECT_NEAR(glm::distance(instance.first.offset, {0, -10, 0}), 0, 1e-4f);
+  EXPECT_NEAR(glm::distance(instance.first.turn[0], {0, -1, 0}), 0, 1e-5f);
+  ASSERT_EQ(instance.later.size(), 1u);
+  EXPECT_NEAR(glm::distance(instance.later[0].offset, {-10, 0, 0}), 0, 1e-4f);
 }
 
 TEST(Instances, AreWrittenOutByStrandsOf) {
@@ -83,6 +83,9 @@ TEST(Instances, AreWrittenOutByStrandsOf) {
   const auto strands = strands_of(*scene);
   ASSERT_TRUE(strands) << strands.error().message();
   ASSERT_EQ(strands->strand_count(), 3 * groom.strand_count());
+  ASSERT_EQ(strands->parts.size(), 1u);
+  EXPECT_EQ(strands->parts[0].strands, 3 * groom.strand_count());
+  EXPECT_THAT(strands->parts[0].name, HasSubstr(", 3 instances"));
   for (std::size_t i = 0; i < groom.points.size(); ++i) {
     EXPECT_NEAR(glm::distance(strands->points[i], 2.0f * groom.points[i] + glm::vec3(10, 0, 0)), 0, 1e-5f);
     EXPECT_FLOAT_EQ(strands->width[i], 4 * groom.radius_cm[i]);
@@ -91,7 +94,7 @@ TEST(Instances, AreWrittenOutByStrandsOf) {
 
 TEST(Instances, ThatAreWrongAreNamed) {
   for (const auto& [instances, place, expected] :
-       {std::tuple{"[]", "/grooms/0/instances", "one copy or more"},
+       {std::tuple{"[]", "/grooms/0/instances", "one instance or more"},
         {"[{\"scale\": 0}]", "/grooms/0/instances/0/scale", ""},
         {"[{}, {\"shear\": 1}]", "/grooms/0/instances/1", "shear"},
         {"[{\"scale\": 1e6, \"translate\": [0, 0, -1e6]}]", "instances", "within 1e+06 cm"}}) {

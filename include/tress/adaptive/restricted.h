@@ -79,7 +79,7 @@ class RestrictedRow {
   RestrictedRow(const RibbonRow& row, const Arc& arc);
   std::uint32_t parts() const { return parts_; }
   float mass(std::uint32_t part) const { return mass_[part]; }
-  /// Of mass 1.
+  /// The density of a part within the arc, of mass 1.
   const RestrictedRibbon& ribbon(std::uint32_t part) const { return ribbon_[part]; }
 
  private:

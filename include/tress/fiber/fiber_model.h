@@ -246,7 +246,7 @@ class FiberModel {
     return make_event(fiber, wr, xi1, xi2, h);
   }
 
-  /// Of a model whose answers depend on xi by the choice of nodes alone, for any directions.
+  /// Does the work of node_steps() in a model whose answers depend on xi by the choice of nodes alone.
   virtual NodeSteps steps_between_nodes(FiberId /*fiber*/, const FiberDirection& /*wr*/,
                                         const FiberDirection& /*wi*/) const {
     return {};

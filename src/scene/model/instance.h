@@ -1,4 +1,4 @@
-// Copies of a groom that share its strands.
+// Instances: copies of a groom that share its strands.
 #pragma once
 
 #include <cmath>
@@ -23,13 +23,13 @@ struct Similarity {
   friend bool operator==(const Similarity&, const Similarity&) = default;
 };
 
-/// One copy of a groom, at each of the shutter's moments.
+/// One instance of a groom, at each of the shutter's moments.
 struct Instance {
   Similarity first;
   std::vector<Similarity> later = {};  ///< at the later moments; empty if it does not move
 
-  /// The copy at a time in [0, 1], from the opening of the shutter to its closing. Matrices change linearly between
-  /// moments, as they do for rays; where that shears the copy, this is near it, without the shear.
+  /// Its place at a time in [0, 1], from the opening of the shutter to its closing. Matrices change linearly between
+  /// moments, as they do for rays; where that shears it, this is near, without the shear.
   Similarity at(float time) const {
     if (later.empty()) return first;
     const BetweenMoments between(time, 1 + later.size());

@@ -600,25 +600,16 @@ constexpr Parameter table[] = {
               "turns about x, then y, then z, after the scale"},
     Parameter{"/grooms/N/translate", "", triple, {-1e6, 1e6}, cm, "", "[0, 0, 0]", "after the turn"},
     Parameter{"/grooms/N/frames/N/frame", "", whole, frames, "", "", "needed", "a keyframe's number; as of a mesh"},
-    Parameter{"/grooms/N/instances/N/scale",
-              "",
-              number,
-              {1e-6, 1e6},
-              "",
-              "",
-              "1",
-              "of a copy that shares the groom's strands, after the above; a list of copies replaces the groom itself"},
-    Parameter{"/grooms/N/instances/N/rotate_deg",
-              "",
-              triple,
-              {-360, 360},
-              "degrees",
-              "",
-              "[0, 0, 0]",
-              "the copy turns about x, then y, then z, after its scale"},
-    Parameter{"/grooms/N/instances/N/translate", "", triple, {-1e6, 1e6}, cm, "", "[0, 0, 0]", "after its turn"},
-    Parameter{"/grooms/N/instances/N/frames/N/frame", "", whole, frames, "", "", "needed",
-              "a keyframe's number; as of a mesh"},
+    Parameter{
+        "/grooms/N/instances/N/scale",
+        "",
+        number,
+        {1e-6, 1e6},
+        "",
+        "",
+        "1",
+        "of an instance, after the above; beside it `rotate_deg`, `translate` and `frames` as in a groom; instances "
+        "share the groom's strands and replace it"},
     Parameter{"/grooms/N/material", "", text, none, "", "", "the first", "its name; without any materials: brown hair"},
     Parameter{"/grooms/N/looks/N/material", "", text, none, "", "", "needed",
               "the name of another material, for some of the strands; the others have the groom's"},
@@ -820,7 +811,7 @@ constexpr Parameter table[] = {
 };
 
 /// Keys that have the same row as those of another place.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 22> same{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 25> same{
     {{"/environment/sky/sun/", "/lights/N/distant/"},
      {"/environment/light_link/exclude/N", "/environment/light_link/include/N"},
      {"/environment/shadow_link/include/N", "/environment/light_link/include/N"},
@@ -841,8 +832,11 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 22> same{
      {"/grooms/N/frames/N/rotate_deg", "/grooms/N/rotate_deg"},
      {"/grooms/N/frames/N/translate", "/grooms/N/translate"},
      {"/grooms/N/instances/N/frames/N/scale", "/grooms/N/instances/N/scale"},
-     {"/grooms/N/instances/N/frames/N/rotate_deg", "/grooms/N/instances/N/rotate_deg"},
-     {"/grooms/N/instances/N/frames/N/translate", "/grooms/N/instances/N/translate"}}};
+     {"/grooms/N/instances/N/rotate_deg", "/grooms/N/rotate_deg"},
+     {"/grooms/N/instances/N/translate", "/grooms/N/translate"},
+     {"/grooms/N/instances/N/frames/N/frame", "/grooms/N/frames/N/frame"},
+     {"/grooms/N/instances/N/frames/N/rotate_deg", "/grooms/N/rotate_deg"},
+     {"/grooms/N/instances/N/frames/N/translate", "/grooms/N/translate"}}};
 
 /// Replaces indices by N, and places by the ones that they are like.
 std::string general(std::string_view place) {

@@ -236,7 +236,7 @@ struct Groom {
   std::string object;  ///< its name in mattes
   Visibility visibility = {};
   /// The copies of the groom that the scene has, which share its strands; points, radii and minor axes are theirs
-  /// before they are placed. Empty: one, whose points are in the scene's coordinates.
+  /// before they are placed. Empty: the groom itself, whose points are in the scene's coordinates.
   std::vector<Instance> instances = {};
   std::uint32_t material = 0;
   /// Index into Scene::fibers, per strand, or per station if strands vary along their length. Look it up by fiber_at().
@@ -268,7 +268,10 @@ struct Groom {
   /// The file's id of a strand, or its index if the file has none.
   std::int64_t strand_id(std::uint32_t strand) const { return id.empty() ? std::int64_t{strand} : id[strand]; }
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
-  std::size_t copies() const { return instances.empty() ? 1 : instances.size(); }
+  /// How often the scene has the groom's strands.
+  std::size_t times() const { return instances.empty() ? 1 : instances.size(); }
+  /// From the groom's coordinates to the scene's when the shutter opens. i < times().
+  Similarity place(std::size_t i) const { return instances.empty() ? Similarity{} : instances[i].first; }
   /// The first station of a strand; for the strand after the last, the number of all stations.
   std::size_t first_station(std::uint32_t strand) const { return first_of(strand, stations_a_segment); }
   /// Index into Scene::fibers for a place on a strand, in segments from its root. u in [0, 1] chooses between the two

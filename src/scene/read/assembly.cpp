@@ -430,26 +430,26 @@ std::optional<Error> move_groom(std::span<const ObjectTransform> moments, Groom*
   return std::nullopt;
 }
 
-std::optional<Error> add_instances(std::span<const std::vector<ObjectTransform>> copies, Groom* groom) {
+std::optional<Error> add_instances(std::span<const std::vector<ObjectTransform>> instances, Groom* groom) {
   const auto place_of = [](const ObjectTransform& transform) {
     return Similarity{glm::mat3(transform.turn()), static_cast<float>(transform.scale),
                       glm::vec3(glm::dvec3(transform.translate) - transform.origin)};
   };
-  groom->instances.reserve(copies.size());
-  for (const std::vector<ObjectTransform>& moments : copies) {
+  groom->instances.reserve(instances.size());
+  for (const std::vector<ObjectTransform>& moments : instances) {
     Instance& instance = groom->instances.emplace_back(Instance{place_of(moments.front())});
     if (std::ranges::all_of(moments, [&](const ObjectTransform& moment) { return moment == moments.front(); }))
       continue;
     for (const ObjectTransform& moment : std::span(moments).subspan(1)) instance.later.push_back(place_of(moment));
   }
   std::optional<double> beyond;
-  if (!copies.empty())
+  if (!instances.empty())
     for_each_bounding_point(*groom, [&](const glm::vec3& point) {
-      if (!beyond) beyond = beyond_world(glm::dvec3(point) + copies.front().front().origin);
+      if (!beyond) beyond = beyond_world(glm::dvec3(point) + instances.front().front().origin);
     });
   if (!beyond) return std::nullopt;
   return Error{groom->name, "instances", fmt::format("coordinates within {:g} cm", world_cm),
-               fmt::format("{:g} cm once a copy is scaled, turned and moved", *beyond)};
+               fmt::format("{:g} cm once an instance is scaled, turned and moved", *beyond)};
 }
 
 std::optional<Error> move_light(std::span<const ObjectTransform> moments, const std::string& name,

@@ -109,9 +109,9 @@ Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, co
 /// groom that rests starts to move if the transforms do. Fails if it leaves a world of 10^6 cm.
 std::optional<Error> move_groom(std::span<const ObjectTransform> moments, Groom* groom);
 
-/// Adds copies of a groom, each at each of the shutter's moments, of which there is at least one; a copy rests if its
-/// transforms do not differ. Fails if one leaves a world of 10^6 cm.
-std::optional<Error> add_instances(std::span<const std::vector<ObjectTransform>> copies, Groom* groom);
+/// Adds instances of a groom, each at each of the shutter's moments, of which there is at least one; an instance rests
+/// if its transforms do not differ. Fails if one leaves a world of 10^6 cm.
+std::optional<Error> add_instances(std::span<const std::vector<ObjectTransform>> instances, Groom* groom);
 
 /// Scales, turns and moves a light in the world, at each of the shutter's moments, of which there is at least one; it
 /// rests if the transforms do not differ. Radiance and cone angles stay. Fails if it leaves a world of 10^6 cm; `name`

@@ -136,7 +136,7 @@ GroomDescription read_groom(const JsonReader& json, const std::vector<Material>&
     if (!item.object()) return groom;
     groom.instances.push_back(read_path(item));
   }
-  if (json.has("instances") && groom.instances.empty()) json.fail("instances", "one copy or more", "none");
+  if (json.has("instances") && groom.instances.empty()) json.fail("instances", "one instance or more", "none");
   groom.visibility = read_visibility(json);
   groom.material = read_material_reference(json, materials);
   groom.looks = read_looks(json, materials);

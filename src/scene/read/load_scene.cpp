@@ -271,11 +271,11 @@ class Motion {
 
   bool camera_moves() const { return !camera_.keys.empty() || camera_.turntable; }
   static bool objects_move(const Scene& scene) {
-    const auto copies_move = [](const Groom& groom) {
+    const auto instances_move = [](const Groom& groom) {
       return std::ranges::any_of(groom.instances, [](const Instance& instance) { return !instance.later.empty(); });
     };
     return std::ranges::any_of(scene.grooms, [](const Groom& groom) { return !groom.later.empty(); }) ||
-           std::ranges::any_of(scene.grooms, copies_move) ||
+           std::ranges::any_of(scene.grooms, instances_move) ||
            std::ranges::any_of(scene.meshes, [](const Mesh& mesh) { return !mesh.later.empty(); }) ||
            std::ranges::any_of(scene.lights, [](const Light& light) { return light.visible && !light.later.empty(); });
   }
@@ -383,10 +383,10 @@ void warn_of_thin_strands(Scene* scene) {
   const double half = std::tan(camera.vertical_fov_deg / 2 * std::numbers::pi / 180);
   double covered = 0, thin = 0, strands = 0;
   for (const Groom& groom : scene->grooms) {
-    const std::size_t all = std::size_t{groom.strand_count()} * groom.copies(), step = all / most_measured + 1;
+    const std::size_t all = std::size_t{groom.strand_count()} * groom.times(), step = all / most_measured + 1;
     for (std::size_t i = 0; i < all; i += step) {
       const auto s = static_cast<std::uint32_t>(i % groom.strand_count());
-      const Similarity place = groom.instances.empty() ? Similarity{} : groom.instances[i / groom.strand_count()].first;
+      const Similarity place = groom.place(i / groom.strand_count());
       const std::uint32_t begin = groom.first_point[s], end = groom.first_point[s + 1];
       const double depth = glm::dot(glm::dvec3(place.point(groom.points[(begin + end) / 2])) - eye, along);
       const double high = camera.orthographic_height_cm > 0 ? double{camera.orthographic_height_cm} : 2 * half * depth;

@@ -270,9 +270,9 @@ Result<Groom> make_groom(const GroomDescription& description, const FrameMoments
   if (!description.instances.empty())  // these move it to the scene's origin
     for (ObjectTransform& transform : placed) transform.origin = glm::dvec3(0.0);
   if (auto error = move_groom(placed, &*groom)) return *error;
-  std::vector<std::vector<ObjectTransform>> copies;
-  for (const ObjectPath& path : description.instances) copies.push_back(transforms(path, moments));
-  if (auto error = add_instances(copies, &*groom)) return *error;
+  std::vector<std::vector<ObjectTransform>> instances;
+  for (const ObjectPath& path : description.instances) instances.push_back(transforms(path, moments));
+  if (auto error = add_instances(instances, &*groom)) return *error;
   return groom;
 }
 

@@ -7,9 +7,9 @@
 
 namespace tress::scene {
 
-/// All strands of the scene as one groom, with a part for each groom: in centimetres, z up, at the opening of the
-/// shutter, with the widths (diameters) of a picture. It has colors if every groom has its own; materials are not
-/// included. Error: no strands, or grooms with curves of different bases.
+/// All strands of the scene as one groom, with a part for each groom, instances written out: in centimetres, z up, at
+/// the opening of the shutter, with the widths (diameters) of a picture. It has colors if every groom has its own;
+/// materials are not included. Error: no strands, or grooms with curves of different bases.
 Result<GroomFile> strands_of(const Scene& scene);
 
 }  // namespace tress::scene
