@@ -1,5 +1,6 @@
 // Linked into every test program: temporary files of a process lie in a folder of its own, so that tests which run side
 // by side and give a file the same name do not read each other's.
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -14,7 +15,8 @@ namespace fs = std::filesystem;
 class OwnFolder {
  public:
   OwnFolder() {
-    if (!::mkdtemp(name_.data())) {
+    // Other users may look into it, as into /tmp: a test becomes one.
+    if (!::mkdtemp(name_.data()) || ::chmod(name_.data(), 0755) != 0) {
       std::perror(name_.data());
       std::abort();
     }
