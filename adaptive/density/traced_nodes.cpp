@@ -85,6 +85,7 @@ std::size_t TracedNodes::bytes() const {
 // Sums the rays from the first bucket within reach to the end of the last one: a few more than needed, but none has to
 // be searched for.
 float TracedNodes::density(float x) const {
+  if (starts_.empty()) return 0;  // moved from
   x = wrap_angle(x);
   const float width = reach * blur_rad_;
   const int turns = static_cast<int>(1 + width * (1 / two_pi_f));

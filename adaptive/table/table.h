@@ -32,10 +32,12 @@ class Service::Table {
   /// Either target may be null; there are then no slices of its kind.
   Table(const Options& options, const Target* target, const SampledTarget* samples)
       : options_(options),
+        unusable_(make_usable(options_)),
         target_(target),
-        learner_bytes_(options.learner->make()->bytes()),
-        light_(options),
-        discipline_(options.check_passes) {
+        learner_bytes_(options_.learner->make()->bytes()),
+        light_(options_),
+        discipline_(options_.check_passes) {
+    for (const Error& option : unusable_) log("Options::" + option.message());
     if (samples != nullptr)
       samples_ = std::make_unique<GuardedSamples>(*samples, [this](Error e) { discipline_.note(std::move(e)); });
   }
@@ -262,7 +264,9 @@ class Service::Table {
   Error no_such_slice(const char* call, SliceId slice) const;
   /// Passes a sentence to Options::log, if that is set.
   void log(const std::string& sentence) const {
-    if (options_.log) options_.log(sentence);
+    if (!options_.log) return;
+    calls_without_throwing(
+        "Options::log", [this](Error error) { discipline_.note(std::move(error)); }, [&] { options_.log(sentence); });
   }
   /// Logs misuse, full memory, unusable draws and reopened rows.
   void log_events(const PassReport& report);
@@ -289,6 +293,7 @@ class Service::Table {
   void show(Row& row, Outcome& outcome);
 
   Options options_;
+  std::vector<Error> unusable_;  ///< options that were replaced
   const Target* target_;
   std::unique_ptr<const GuardedSamples> samples_;
   std::size_t learner_bytes_;  ///< bytes of the learner of each open row

@@ -84,19 +84,14 @@ adaptive::Options options_of(const tress_options& settings) {
 }
 
 Outcome unusable(const tress_options& settings) {
-  constexpr double most = std::numeric_limits<double>::max(), least = std::numeric_limits<double>::min();
-  const struct {
-    const char* name;
-    double found, least, most;
-  } ranges[] = {{"tress_options::epsilon", settings.epsilon, least, most},
-                {"tress_options::sampled_epsilon", settings.sampled_epsilon, least, most},
-                {"tress_options::picture_error", settings.picture_error, 0, most},
-                {"tress_options::heard_share", double{settings.heard_share}, 0, 1},
-                {"tress_options::threads", static_cast<double>(settings.threads), 0, most_threads}};
-  for (const auto& [name, found, from, to] : ranges) {
-    if (!(found >= from && found <= to)) return invalid(name, "a number within its range", std::to_string(found));
-  }
-  return {};
+  if (settings.threads > most_threads)
+    return invalid("tress_options::threads", "a number from 0 to " + std::to_string(most_threads),
+                   std::to_string(settings.threads));
+  adaptive::Options options = options_of(settings);
+  const std::vector<Error> unusable = adaptive::make_usable(options);
+  if (unusable.empty()) return {};
+  const auto& [file, option, expected, found] = unusable.front();
+  return invalid(("tress_options::" + option).c_str(), expected, found);
 }
 
 tress_place place_of(const SliceDescription& slice, float a, float b) {

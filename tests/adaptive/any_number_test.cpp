@@ -278,5 +278,61 @@ TEST(Query, BatchesEndWithTheirShortestSpan) {
   EXPECT_FALSE(values[0].answered);
 }
 
+/// A service with each option strange in turn learns, answers with numbers, and says what it replaced.
+TEST(AnyNumber, OptionsAreReplacedByUsableOnesAndNamed) {
+  using Set = std::function<void(Options&, float)>;
+  struct Case {
+    const char* name;
+    Set set;
+  } const cases[] = {
+      {"epsilon", [](Options& o, float x) { o.epsilon = static_cast<double>(x); }},
+      {"sampled_epsilon", [](Options& o, float x) { o.sampled_epsilon = static_cast<double>(x); }},
+      {"picture_error", [](Options& o, float x) { o.picture_error = static_cast<double>(x); }},
+      {"heard_share", [](Options& o, float x) { o.heard_share = x; }},
+      {"uniform_share_converged", [](Options& o, float x) { o.uniform_share_converged = x; }},
+      {"uniform_share_open", [](Options& o, float x) { o.uniform_share_open = x; }},
+      {"tests_before_refusal", [](Options& o, float x) { o.tests_before_refusal = x > 0 ? 1'000'000'000 : 0; }},
+      {"queries_before_creation", [](Options& o, float x) { o.queries_before_creation = x > 0 ? 1'000'000'000 : 0; }},
+      {"max_components", [](Options& o, float x) { o.max_components = x > 0 ? 1'000'000'000 : 0; }},
+      {"memory_bytes", [](Options& o, float x) { o.memory_bytes = x > 0 ? ~std::size_t{0} : 0; }},
+      {"learner", [](Options& o, float) { o.learner = nullptr; }},
+  };
+  for (const auto& [name, set] : cases) {
+    for (const float x : strange) {
+      Options options;
+      set(options, x);
+      Options usable = options;
+      const std::vector<Error> unusable = make_usable(usable);
+      EXPECT_TRUE(make_usable(usable).empty()) << name << " " << x;
+      std::vector<std::string> logged;
+      options.log = [&](const std::string& sentence) { logged.push_back(sentence); };
+      Service service(options, Learned::peaks, Learned::lobes);
+      ASSERT_EQ(logged.size(), unusable.size()) << name << " " << x;
+      for (const std::string& sentence : logged)
+        EXPECT_EQ(sentence.find(std::string("Options::") + name), 0u) << sentence;
+      const SliceId densities = *service.add_slice(testing::toy_slice(0, 3)),
+                    samples = *service.add_slice(testing::sampled_slice(1, 3));
+      for (int pass = 0; pass < 3; ++pass) {
+        for (int i = 0; i < 20; ++i) {
+          const float u = (static_cast<float>(i) + 0.5f) / 20;
+          for (const SliceId slice : {densities, samples})
+            for (const float number : numbers(sample(service, {slice, 1, 1}, {u, u, u})))
+              ASSERT_TRUE(std::isfinite(number)) << name << " " << x;
+        }
+        service.publish(20);
+      }
+    }
+  }
+}
+
+TEST(AnyNumber, RaysThatWereMovedFromHaveNoDensity) {
+  const TracedRay ray{1, 0.5f, 0};
+  TracedNodes nodes(std::span(&ray, 1), 0.1f);
+  const TracedNodes taken = std::move(nodes);
+  EXPECT_GT(taken.density(1), 0);
+  EXPECT_EQ(nodes.density(1), 0);
+  EXPECT_EQ(nodes.size(), 0u);
+}
+
 }  // namespace
 }  // namespace tress::inline v0_2::adaptive

@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "tress/adaptive/learner.h"
+#include "tress/base/error.h"
 
 namespace tress::inline v0_2::adaptive {
 
@@ -103,5 +105,10 @@ struct Options {
   std::uint32_t scores_per_test() const { return epsilon < 0.01 ? 24 : 16; }
   std::uint32_t tests_to_converge() const { return epsilon < 0.01 ? 3 : 2; }
 };
+
+/// Replaces each number that a service cannot work with by the nearest one that it can, and what is not a number or
+/// null by its default. Returns an Error for each replacement, with the option's name as its place. A
+/// service does this to the options that it is given, and passes the errors to Options::log.
+std::vector<Error> make_usable(Options& options);
 
 }  // namespace tress::inline v0_2::adaptive
