@@ -287,10 +287,27 @@ class Ends(unittest.TestCase):
     def test_ctrl_c_is_an_exception_and_the_cache_is_saved(self):
         with tempfile.TemporaryDirectory() as folder:
             cache = os.path.join(folder, "a.cache")
-            threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+            learned = threading.Event()  # after passes, not after seconds: a busy machine learns less in one
+
+            def interrupt():
+                learned.wait()
+                os.kill(os.getpid(), signal.SIGINT)
+
+            def progress(done):
+                if done.number == 8:
+                    learned.set()
+
+            threading.Thread(target=interrupt, daemon=True).start()
             start = time.monotonic()
             with self.assertRaises(KeyboardInterrupt):
-                tress.render(scene_of_arrays(), samples=100000, model="elliptical", warm_cache=cache, **SIZE)
+                tress.render(
+                    scene_of_arrays(),
+                    samples=100000,
+                    model="elliptical",
+                    warm_cache=cache,
+                    progress=progress,
+                    **SIZE,
+                )
             self.assertLess(time.monotonic() - start, 20)
             warm = tress.render(
                 scene_of_arrays(), samples=1, model="elliptical", warm_cache=cache, cache_mode="frozen", **SIZE
