@@ -1,5 +1,7 @@
 #include "integrate/film.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
@@ -139,6 +141,23 @@ bool Film::add(int x, int y, const PathSums& path) {
   return true;
 }
 
+/// Sums over all pixels, in the same order for any number of threads: each task adds those of a block, and the blocks
+/// are added one after the other. add: adds pixel i to the Sums.
+template <class Sums, class Add>
+Sums Film::summed(const Add& add) const {
+  constexpr std::size_t block_pixels = 2048;
+  std::vector<Sums> blocks((pixels_.size() + block_pixels - 1) / block_pixels);
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t block) {
+    const std::size_t end = std::min(pixels_.size(), (block + 1) * block_pixels);
+    Sums sums{};
+    for (std::size_t i = block * block_pixels; i < end; ++i) add(sums, i);
+    blocks[block] = sums;
+  });
+  Sums total{};
+  for (const Sums& sums : blocks) total += sums;
+  return total;
+}
+
 /// Finds the nearest sampled pixels by a breadth-first search from all sampled pixels at once.
 std::vector<std::size_t> Film::shown_pixels() const {
   std::vector<std::size_t> source(pixels_.size(), no_pixel);
@@ -177,84 +196,112 @@ std::vector<PixelCost> Film::costs() const {
 
 double Film::relative_noise() const {
   constexpr double pixels_of_independent_paths = 32;
-  double independent = 0, by_halves = 0, brightness = 0, covered = 0;
-  for (const PixelSums& pixel : pixels_) {
-    if (!(pixel.coverage > 0)) continue;
+  struct Sums {
+    double independent = 0, by_halves = 0, brightness = 0, covered = 0;
+    void operator+=(const Sums& more) {
+      independent += more.independent;
+      by_halves += more.by_halves;
+      brightness += more.brightness;
+      covered += more.covered;
+    }
+  };
+  const Sums all = summed<Sums>([&](Sums& sums, std::size_t i) {
+    const PixelSums& pixel = pixels_[i];
+    if (!(pixel.coverage > 0)) return;
     const glm::dvec3 upper = pixel.variance_of_mean(), halves = pixel.variance_by_halves(ground_),
                      mean = pixel.beauty(ground_) / static_cast<double>(pixel.samples);
     for (int c = 0; c < 3; ++c) {
-      independent += upper[c];
-      by_halves += halves[c];
-      brightness += mean[c];
+      sums.independent += upper[c];
+      sums.by_halves += halves[c];
+      sums.brightness += mean[c];
     }
-    covered += 1;
-  }
-  if (!(brightness > 0)) return 0;
-  const double share = covered / (covered + pixels_of_independent_paths);
-  const double variance = share * by_halves + (1 - share) * independent;
-  return std::sqrt(variance * 3 * covered) / brightness;
+    sums.covered += 1;
+  });
+  if (!(all.brightness > 0)) return 0;
+  const double share = all.covered / (all.covered + pixels_of_independent_paths);
+  const double variance = share * all.by_halves + (1 - share) * all.independent;
+  return std::sqrt(variance * 3 * all.covered) / all.brightness;
 }
 
 Film::Seen Film::seen() const {
+  struct Sums {
+    double pixels = 0, samples = 0, paths = 0;
+    glm::dvec3 means{0.0}, light{0.0}, squares{0.0};
+    void operator+=(const Sums& more) {
+      pixels += more.pixels;
+      samples += more.samples;
+      paths += more.paths;
+      means += more.means;
+      light += more.light;
+      squares += more.squares;
+    }
+  };
+  const Sums all = summed<Sums>([&](Sums& sums, std::size_t i) {
+    const PixelSums& pixel = pixels_[i];
+    if (!(pixel.coverage > 0)) return;
+    const glm::dvec3 light = pixel.beauty(ground_), mean = light / static_cast<double>(pixel.samples);
+    sums.pixels += 1;
+    sums.samples += pixel.samples;
+    sums.paths += pixel.coverage;
+    sums.means += mean;
+    sums.light += light;
+    sums.squares += pixel.squared_deviations + light * mean;
+  });
   Seen seen;
-  glm::dvec3 means(0.0), sums(0.0), squares(0.0);
-  for (const PixelSums& pixel : pixels_) {
-    if (!(pixel.coverage > 0)) continue;
-    const glm::dvec3 sum = pixel.beauty(ground_), mean = sum / static_cast<double>(pixel.samples);
-    seen.pixels += 1;
-    seen.samples += pixel.samples;
-    seen.paths += pixel.coverage;
-    means += mean;
-    sums += sum;
-    squares += pixel.squared_deviations + sum * mean;
-  }
-  if (seen.pixels > 0) seen.mean = (means.x + means.y + means.z) / (3 * seen.pixels);
+  seen.pixels = all.pixels;
+  seen.samples = all.samples;
+  seen.paths = all.paths;
+  if (all.pixels > 0) seen.mean = (all.means.x + all.means.y + all.means.z) / (3 * all.pixels);
   for (int c = 0; c < 3; ++c) {
-    if (squares[c] > 0) seen.light_paths = std::max(seen.light_paths, sums[c] * sums[c] / squares[c]);
+    if (all.squares[c] > 0) seen.light_paths = std::max(seen.light_paths, all.light[c] * all.light[c] / all.squares[c]);
   }
   return seen;
 }
 
 double Film::brightness() const {
-  double light = 0;
-  for (const PixelSums& pixel : pixels_) {
-    if (pixel.samples > 0) light += luminance(pixel.beauty(Ground::nothing)) / pixel.samples;
-  }
+  const auto light = summed<double>([&](double& sum, std::size_t i) {
+    if (pixels_[i].samples > 0) sum += luminance(pixels_[i].beauty(Ground::nothing)) / pixels_[i].samples;
+  });
   return light / static_cast<double>(pixels_.size());
 }
 
-Brightening Film::excess() const {
+struct Film::ExcessSums {
   double light = 0, excess = 0, variance = 0;
-  for (const PixelSums& pixel : pixels_) {
-    if (pixel.samples == 0) continue;
+  std::uint64_t paths = 0;
+  void operator+=(const ExcessSums& more) {
+    light += more.light;
+    excess += more.excess;
+    variance += more.variance;
+    paths += more.paths;
+  }
+  void add(const PixelSums& pixel, double pixel_excess, double squares) {
+    if (pixel.samples == 0) return;
     const double n = pixel.samples;
     light += luminance(pixel.beauty(Ground::nothing)) / n;
-    excess += pixel.excess / n;
-    variance += pixel.excess_squares / (n * n);  // nearly all are 0, so the mean square is the variance
+    excess += pixel_excess / n;
+    variance += squares / (n * n);  // nearly all are 0, so the mean square is the variance
   }
-  const double truth = light - excess;
-  if (!(truth > 0)) return {};
-  return {excess / truth, std::sqrt(variance) / truth};
+  Brightening brightening() const {
+    const double truth = light - excess;
+    if (!(truth > 0)) return {};
+    return {excess / truth, std::sqrt(variance) / truth};
+  }
+};
+
+Brightening Film::excess() const {
+  return summed<ExcessSums>([&](ExcessSums& sums, std::size_t i) {
+           sums.add(pixels_[i], pixels_[i].excess, pixels_[i].excess_squares);
+         })
+      .brightening();
 }
 
 std::optional<DeepLightBias> Film::deep_light_bias() const {
   if (deep_light_.empty()) return std::nullopt;
-  DeepLightBias bias;
-  double light = 0, excess = 0, variance = 0;
-  for (std::size_t i = 0; i < pixels_.size(); ++i) {
-    const PixelSums& pixel = pixels_[i];
-    if (pixel.samples == 0) continue;
-    const double n = pixel.samples;
-    light += luminance(pixel.beauty(Ground::nothing)) / n;
-    excess += deep_light_[i].excess / n;
-    variance += deep_light_[i].squares / (n * n);  // nearly all are 0, as in excess()
-    bias.paths += deep_light_[i].checks;
-  }
-  const double truth = light - excess;
-  if (!(truth > 0)) return bias;
-  bias.value = excess / truth;
-  bias.error = std::sqrt(variance) / truth;
-  return bias;
+  const auto all = summed<ExcessSums>([&](ExcessSums& sums, std::size_t i) {
+    sums.add(pixels_[i], deep_light_[i].excess, deep_light_[i].squares);
+    if (pixels_[i].samples > 0) sums.paths += deep_light_[i].checks;
+  });
+  return DeepLightBias{all.brightening(), all.paths};
 }
 
 double Film::samples_per_pixel() const {

@@ -204,6 +204,9 @@ class Film {
   /// Updates halves_ after a path was added to a pixel. before: the pixel without that path.
   void add_to_halves(std::size_t index, const PixelSums& before);
   void add_halves(std::size_t index, const Film& later, std::size_t later_index);
+  struct ExcessSums;
+  template <class Sums, class Add>
+  Sums summed(const Add& add) const;
   /// source: from shown_pixels().
   image::Picture beauty_of(const std::vector<std::size_t>& source) const;
   void add_half_channels(const std::vector<std::size_t>& source, image::Picture* picture) const;
