@@ -521,7 +521,7 @@ def malformed():
 
 
 # The texts that become crates too, each of another version of the format.
-CRATES = {"same": 8, "colored": 7, "normals": 6, "types": 5, "bases/catmullRom_pinned": 8, "bases/bezier_periodic": 4,
+CRATES = {"instancer": 8, "same": 8, "colored": 7, "normals": 6, "types": 5, "bases/catmullRom_pinned": 8, "bases/bezier_periodic": 4,
           "bases/bspline_nonperiodic": 6, "bases/linear_pinned": 12, "../faults/animated_normals": 8, "../faults/defts": 4,
           "../faults/flatinst": 8, "../faults/idxid": 5, "../faults/idxw": 6, "../faults/inh": 8, "../faults/nan": 9,
           "../faults/one_thick": 8, "../faults/scaled": 10, "../faults/utf8id": 8, "../faults/vary": 7,
