@@ -372,5 +372,83 @@ TEST(FileInstances, ThatUsdItselfToleratesAreNamed) {
   }
 }
 
+// ---- pbrt --------------------------------------------------------------------------------------------------------
+
+std::string shape(const Strand& strand) {
+  std::string points;
+  for (const glm::dvec3& point : strand.points) points += fmt::format("{} {} {} ", point.x, point.y, point.z);
+  return fmt::format("Shape \"curve\" \"point3 P\" [{}] \"float width\" {}\n", points, strand.width);
+}
+
+/// Objects of two and of one strand, one of which has a transform within, and what is drawn of them. Without instances
+/// the same strands as curves.
+struct PbrtScene {
+  std::string shared, plain;
+  std::vector<Strand> strands;
+
+  explicit PbrtScene(std::size_t count) {
+    RandomStream random(2026, 3);
+    const std::vector<Strand> a = tuft(14, 2), b = tuft(15, 1);
+    const glm::dmat4 own = glm::translate(glm::dmat4(1.0), {0, 0, 3});
+    shared = "WorldBegin\nObjectBegin \"a\"\n" + shape(a[0]) + shape(a[1]) +
+             "ObjectEnd\nObjectBegin \"b\"\nTranslate 0 0 3\n" + shape(b[0]) + "ObjectEnd\n";
+    plain = "WorldBegin\n";
+    for (std::size_t i = 0; i < count; ++i) {
+      const glm::dvec3 position = 16.0 * glm::dvec3(random.next(), random.next(), random.next());
+      const double degrees = std::floor(360 * random.next()), scale = 0.5 + double{random.next()};
+      const bool is_b = i % 3 == 1;
+      shared += fmt::format(
+          "AttributeBegin\nTranslate {} {} {}\nRotate {} 1 2 3\nScale {} {} {}\nObjectInstance \"{}\"\nAttributeEnd\n",
+          position.x, position.y, position.z, degrees, scale, scale, scale, is_b ? "b" : "a");
+      const glm::dmat4 place = glm::scale(
+          glm::rotate(glm::translate(glm::dmat4(1.0), position), degrees * std::numbers::pi / 180, {1, 2, 3}),
+          glm::dvec3(scale));
+      for (const Strand& strand : is_b ? b : a) strands.push_back(at(is_b ? place * own : place, scale, strand));
+    }
+    for (const Strand& strand : strands) plain += shape(strand);
+  }
+};
+
+TEST(FileInstances, OfPbrtObjectsAreTheirStrandsWrittenOut) {
+  const PbrtScene given(50);
+  Overrides overrides;
+  overrides.cm_per_unit = 1;
+  overrides.y_up = false;
+  const Scene scene = loaded(written("o.pbrt", given.shared), overrides);
+  expect_strands(scene, given.strands);
+  ASSERT_EQ(scene.grooms.size(), 2u);
+  EXPECT_EQ(scene.grooms[0].instances.size(), 33u);
+  EXPECT_EQ(scene.grooms[0].strand_count(), 2u);
+  EXPECT_EQ(scene.grooms[1].instances.size(), 17u);
+}
+
+TEST(FileInstances, GiveTheSameUnitAndAxesAsTheirStrandsWrittenOut) {
+  const PbrtScene given(20);
+  const Scene scene = loaded(written("o.pbrt", given.shared)), plain = loaded(written("p.pbrt", given.plain));
+  const auto all = strands_of(plain);
+  ASSERT_TRUE(all);
+  std::vector<Strand> expected;
+  for (std::size_t s = 0; s < all->strand_count(); ++s) {
+    expected.push_back({{}, double{all->width_at(all->first_point[s])}});
+    for (std::uint32_t i = all->first_point[s]; i < all->first_point[s + 1]; ++i)
+      expected.back().points.emplace_back(all->points[i]);
+  }
+  expect_strands(scene, expected, 1e-4);  // of 30 cm, in a unit that has the rounding of the points
+}
+
+TEST(FileInstances, OfPbrtThatAreStretchedAreCopies) {
+  const Strand strand = tuft(16, 1)[0];
+  const std::string text = "WorldBegin\nObjectBegin \"a\"\n" + shape(strand) +
+                           "ObjectEnd\nObjectInstance \"a\"\nTranslate 4 0 0\nObjectInstance \"a\"\nScale 1 1 2\n"
+                           "ObjectInstance \"a\"\nObjectInstance \"none\"\n";
+  const auto groom = read_groom_file(written("s.pbrt", text));
+  ASSERT_TRUE(groom) << groom.error().message();
+  EXPECT_EQ(groom->strand_count(), 2u);
+  ASSERT_EQ(groom->shared.size(), 1u);
+  EXPECT_EQ(groom->shared[0].places.size(), 2u);
+  EXPECT_THAT(groom->remarks, Contains(HasSubstr("are copies")));
+  EXPECT_THAT(ignored(*groom), ElementsAre("ObjectInstance \"none\": no object with curves has the name"));
+}
+
 }  // namespace
 }  // namespace tress::scene::file_instances
