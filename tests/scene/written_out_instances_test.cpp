@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "scene/groom_fixture.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/grooms/groom_formats.h"
 #include "scene/read/load_scene.h"
@@ -448,6 +449,42 @@ TEST(FileInstances, OfPbrtThatAreStretchedAreCopies) {
   EXPECT_EQ(groom->shared[0].places.size(), 2u);
   EXPECT_THAT(groom->remarks, Contains(HasSubstr("are copies")));
   EXPECT_THAT(ignored(*groom), ElementsAre("ObjectInstance \"none\": no object with curves has the name"));
+}
+
+// ---- Alembic -----------------------------------------------------------------------------------------------------
+
+TEST(FileInstances, OfAlembicShareTheirStrands) {
+  Overrides overrides;
+  overrides.cm_per_unit = 1;
+  overrides.y_up = false;
+  overrides.frame = 0;
+  overrides.shutter = {0.0, 1.0};
+  const Scene scene = loaded(fixture("instances.abc"), overrides);
+  const std::vector<Strand> own{{{{0, 0, 0}, {0, 0, 5}}, 0.0625}, {{{1, 0, 0}, {1, 0, 2}, {1, 1, 5}}, 0.0625}};
+  const glm::dmat4 up = glm::translate(glm::dmat4(1.0), {0, 0, 1});
+  std::vector<Strand> all;
+  for (const Strand& strand : own) {
+    all.push_back(at(up, 1, strand));
+    all.push_back(at(glm::translate(glm::dmat4(1.0), {4, 0, 0}) * up, 1, strand));
+    all.push_back(
+        at(glm::scale(glm::rotate(glm::translate(glm::dmat4(1.0), {8, 0, 0}), std::numbers::pi / 2, {0, 0, 1}),
+                      glm::dvec3(2.0)) *
+               up,
+           2, strand));
+    all.push_back(at(glm::scale(glm::translate(glm::dmat4(1.0), {0, 8, 0}), {1, 1, 3}) * up, std::cbrt(3.0), strand));
+  }
+  expect_strands(scene, all);
+  ASSERT_EQ(scene.grooms.size(), 2u) << "what is stretched is a copy";
+  const Groom& shared = scene.grooms[1];
+  ASSERT_EQ(shared.instances.size(), 3u) << "with the original";
+  EXPECT_THAT(shared.id, ElementsAre(7, 8));
+  EXPECT_TRUE(shared.later.empty());
+  EXPECT_TRUE(shared.instances[0].later.empty());
+  ASSERT_EQ(shared.instances[1].later.size(), 1u);
+  EXPECT_NEAR(shared.instances[1].later[0].offset.z - shared.instances[1].first.offset.z, 2, 1e-5f);
+  const auto groom = read_groom_file(fixture("instances.abc"));
+  ASSERT_TRUE(groom);
+  EXPECT_THAT(ignored(*groom), ElementsAre("/nowhere/a: what it is an instance of is not there: /b"));
 }
 
 }  // namespace
