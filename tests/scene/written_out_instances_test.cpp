@@ -235,13 +235,30 @@ TEST(FileInstances, MayBeInOneAnother) {
   EXPECT_EQ(scene.grooms[0].instances.size(), 6u);
 }
 
+TEST(FileInstances, OfAStretchedPrototypeShareIt) {
+  const std::vector<Strand> a = tuft(20, 2);
+  const Scene scene = loaded(written(
+      "p.usda", usda +
+                    "def PointInstancer \"i\" { rel prototypes = [</i/P>] int[] protoIndices = [0, 0] point3f[] "
+                    "positions = [(0, 0, 0), (6, 0, 0)]\n def Xform \"P\" { double3 xformOp:scale = (1, 1, 3) uniform "
+                    "token[] xformOpOrder = [\"xformOp:scale\"]\n" +
+                    curves("A", a) + "} }\n"));
+  std::vector<Strand> all;
+  for (const double x : {0, 6})
+    for (const Strand& strand : a)
+      all.push_back(at(glm::scale(glm::translate(glm::dmat4(1.0), {x, 0, 0}), {1, 1, 3}), std::cbrt(3.0), strand));
+  expect_strands(scene, all);
+  EXPECT_EQ(scene.grooms[0].instances.size(), 2u);
+}
+
 TEST(FileInstances, OfPrimsThatReferToOneShareIt) {
   const std::vector<Strand> a = tuft(8, 3);
   const auto instance = [](const std::string& name, const std::string& more) {
     return fmt::format(
         "def Xform \"{}\" (instanceable = true references = </Proto>) {{ double3 xformOp:translate = (0, {}, 0) {} "
         "}}\n",
-        name, name.substr(1), more);
+        name, name.substr(1),
+        more + " float3[] extentsHint = [(0, 0, 0), (1, 1, 1)] string userProperties:by = \"me\"");
   };
   const std::string order = "uniform token[] xformOpOrder = [\"xformOp:translate\"]",
                     scaled =
@@ -306,6 +323,59 @@ TEST(FileInstances, MoveWithTheirTimeSamples) {
   EXPECT_NEAR(open.grooms[0].instances[0].later[1].turn[0].x, std::cos(0.05 * std::numbers::pi), 5e-3f);
 }
 
+TEST(FileInstances, ThatGoWithinTheShutterRest) {
+  const std::string text =
+      usda +
+      "def PointInstancer \"i\" { rel prototypes = [</i/A>] int[] protoIndices = [0, 0, 0]\n point3f[] "
+      "positions.timeSamples = { 0: [(0, 0, 0), (5, 0, 0), (9, 0, 0)], 10: [(0, 0, 10), (5, 0, 10), (9, 0, 10)] }\n "
+      "int64[] invisibleIds.timeSamples = { 0: [], 1: [2] }\n" +
+      curves("A", tuft(9, 2)) + "}\n";
+  Overrides overrides;
+  overrides.frame = 0;
+  overrides.shutter = {0.0, 1.0};
+  const Scene scene = loaded(written("g.usda", text), overrides);
+  ASSERT_EQ(scene.grooms[0].instances.size(), 3u);
+  for (const Instance& instance : scene.grooms[0].instances) EXPECT_TRUE(instance.later.empty());
+  EXPECT_THAT(scene.notes, Contains(HasSubstr("stand still while the shutter is open")));
+}
+
+/// Floats 100,000 cm from 0 are 0.008 cm apart, so places are counted from near the camera before they are rounded.
+TEST(FileInstances, FarFromZeroAreWhereTheyAre) {
+  written("far.usda", usda +
+                          "def PointInstancer \"i\" { double3 xformOp:translate = (100000.25, 0, 0) uniform token[] "
+                          "xformOpOrder = [\"xformOp:translate\"] rel prototypes = [</i/A>] int[] protoIndices = [0, "
+                          "0] point3f[] positions = [(0, 0, 0.125), (0.0625, 3, 0)]\n" +
+                          curves("A", tuft(17, 2)) + "}\n");
+  const Scene scene = loaded(
+      written("far.json",
+              R"({"camera": {"eye": [100000, -50, 0], "look_at": [100000, 0, 0]}, "grooms": [{"file": "far.usda"}]})"));
+  const Groom& groom = scene.grooms[0];
+  ASSERT_EQ(groom.instances.size(), 2u);
+  EXPECT_EQ(scene.origin.x, 100000);
+  const glm::vec3 root(tuft(17, 2)[0].points[0]);
+  EXPECT_NEAR(glm::distance(groom.instances[0].first.point(groom.points[0]), root + glm::vec3(0.25, 0, 0.125)), 0,
+              2e-6f);
+  EXPECT_NEAR(glm::distance(groom.instances[1].first.point(groom.points[0]), root + glm::vec3(0.3125, 3, 0)), 0, 2e-6f);
+}
+
+TEST(FileInstances, OfNumberedFilesAreCopies) {
+  for (int frame = 1; frame <= 2; ++frame)
+    written(fmt::format("n.{:04}.usda", frame),
+            usda + fmt::format("def PointInstancer \"i\" {{ rel prototypes = [</i/A>] int[] protoIndices = [0, 0] "
+                               "point3f[] positions = [(0, 0, 0), (5, 0, {})]\n{} }}\n",
+                               frame, curves("A", tuft(18, 2))));
+  Overrides overrides;
+  overrides.frame = 1;
+  overrides.shutter = {0.0, 1.0};
+  const Scene scene =
+      loaded(written("n.json", R"({"camera": {"frame": true}, "grooms": [{"file": "n.####.usda"}]})"), overrides);
+  ASSERT_EQ(scene.grooms.size(), 1u);
+  EXPECT_EQ(scene.grooms[0].strand_count(), 4u);
+  EXPECT_TRUE(scene.grooms[0].instances.empty());
+  EXPECT_EQ(scene.grooms[0].later.size(), 1u);
+  EXPECT_THAT(scene.notes, Contains(HasSubstr("of numbered files are copies")));
+}
+
 TEST(FileInstances, KeepIdsAndRootsOfTheirStrands) {
   const std::string text =
       usda +
@@ -356,7 +426,7 @@ TEST(FileInstances, ThatUsdItselfToleratesAreNamed) {
   EXPECT_THAT(named(instancer_with("", "[0, 1]", "</i/A>, </i/none>")),
               ElementsAre("/i: prototypes: what it refers to is not there: /i/none"));
   EXPECT_THAT(named(instancer_with("float3[] scales = [(1, 1, 1), (0, 0, 0)]")),
-              ElementsAre("/i: 1 instances: their scale is 0"));
+              ElementsAre("/i: 1 of 2 instances: their scale is 0"));
   EXPECT_THAT(
       named(instancer_with("quath[] orientations = [(1, 0, 0, 0), (1, 0, 0, 0)] quatf[] orientationsf = [(1, 0, "
                            "0, 0), (1, 0, 0, 0)]")),

@@ -159,6 +159,7 @@ class UsdReader {
     Opinions opinions;
     std::string type, purpose;
     std::map<std::string, const UsdAttribute*, std::less<>> primvars;
+    bool has_transform = false;  ///< whether its strands have one of the prims' own
 
     auto operator<=>(const Alike&) const = default;
   };
@@ -248,12 +249,13 @@ class UsdReader {
     const Opinions prims = enter(direct, is_defined, &here);
     if (prims.empty()) return;
     // What it refers to is all that decides its strands, unless it has children or attributes of its own.
-    Alike alike{{}, type_of(prims), here.purpose, here.primvars};
-    std::ranges::copy_if(prims, std::back_inserter(alike.opinions), decides);
-    if (std::ranges::any_of(direct, decides) || alike.opinions.empty())
-      draw(prims, std::move(here));
-    else
-      share(prims, std::move(here), std::move(alike));
+    const std::string type = type_of(prims);
+    const auto decides_strands = [&](const UsdPrim* prim) { return decides(prim, type); };
+    Opinions others;
+    std::ranges::copy_if(prims, std::back_inserter(others), decides_strands);
+    if (others.empty() || std::ranges::any_of(direct, decides_strands)) return draw(prims, std::move(here));
+    Alike alike{std::move(others), type, here.purpose, here.primvars};
+    share(prims, std::move(here), glm::dmat4(1.0), std::move(alike));
   }
 
   static std::string type_of(const Opinions& prims) {
@@ -261,12 +263,14 @@ class UsdReader {
     return typed == prims.end() ? "" : (*typed)->type;
   }
 
-  /// Whether a prim has children, or attributes that matter besides its place.
-  static bool decides(const UsdPrim* prim) {
+  /// Whether an opinion on a prim of this type has children, or attributes that matter besides its place.
+  static bool decides(const UsdPrim* prim, std::string_view type) {
+    const bool is_drawn = type == "BasisCurves" || type == "PointInstancer";
     return !prim->children.empty() || !prim->prototypes.empty() ||
-           std::ranges::any_of(prim->attributes, [](const auto& one) {
+           std::ranges::any_of(prim->attributes, [&](const auto& one) {
              const std::string& name = one.first;
-             return !is_of_transform(name) && !is_binding(name) && name != "visibility" && name != "purpose";
+             if (is_of_transform(name) || is_binding(name) || name == "visibility" || name == "purpose") return false;
+             return is_drawn || name.starts_with("primvars:") || name == "model:drawMode" || name == "colorSpace:name";
            });
   }
 
@@ -289,10 +293,10 @@ class UsdReader {
     return {};
   }
 
-  /// Draws prims, as an instance of those that are alike.
-  void share(const Opinions& prims, Place here, Alike alike) {
+  /// Draws prims, as an instance of those that are alike. within: a transform of their own before that of the place.
+  void share(const Opinions& prims, Place here, const glm::dmat4& within, Alike alike) {
     constexpr std::size_t is_open = SIZE_MAX;
-    const glm::dmat4 to_file = here.to_file;
+    const glm::dmat4 to_file = std::exchange(here.to_file, here.to_file * within);
     builder_.file().is_animated = builder_.file().is_animated || animated_;
     const auto [found, is_new] = prototypes_.try_emplace(std::move(alike));
     std::optional<std::size_t>& prototype = found->second;
@@ -307,7 +311,7 @@ class UsdReader {
     if (!prototype) {
       prototype = is_open;
       builder_.begin_prototype();
-      here.to_file = glm::dmat4(1.0);
+      here.to_file = within;
       here.is_in_prototype = true;
       draw(prims, std::move(here));
       prototype = builder_.end_prototype();
@@ -413,14 +417,19 @@ class UsdReader {
       glm::dmat4 to_instancer = glm::translate(glm::dmat4(1.0), glm::dvec3(positions[i]));
       if (!turns.empty()) to_instancer = to_instancer * usd_rotation(&turns[4 * i]);
       if (!scales.empty()) to_instancer = glm::scale(to_instancer, glm::dvec3(scales[i]));
-      Place at = inside;
-      at.to_file = here.to_file * to_instancer * inside.to_file;
-      if (glm::determinant(to_instancer) == 0)
+      if (glm::determinant(to_instancer) == 0) {
         ++flat;
-      else
-        share(its, std::move(at), {its, type_of(its), inside.purpose, inside.primvars});
+        continue;
+      }
+      // Where a prototype is itself stretched, its strands have that transform; else they rest where it moves.
+      const bool is_stretched = !is_similarity(inside.to_file);
+      Place at = inside;
+      at.to_file = here.to_file * (is_stretched ? to_instancer : to_instancer * inside.to_file);
+      share(its, std::move(at), is_stretched ? inside.to_file : glm::dmat4(1.0),
+            {its, type_of(its), inside.purpose, inside.primvars, is_stretched});
     }
-    if (flat > 0) builder_.ignore(fmt::format("{}: {} instances", here.path, flat), "their scale is 0");
+    if (flat > 0)
+      builder_.ignore(fmt::format("{}: {} of {} instances", here.path, flat, indices.size()), "their scale is 0");
     if (targets.empty()) builder_.ignore(here.path, "it has no prototypes");
   }
 
