@@ -323,6 +323,28 @@ TEST(FileInstances, MoveWithTheirTimeSamples) {
   EXPECT_NEAR(open.grooms[0].instances[0].later[1].turn[0].x, std::cos(0.05 * std::numbers::pi), 5e-3f);
 }
 
+TEST(FileInstances, OfPrimsThatReferMoveAsThePrimsDo) {
+  const std::string moving =
+                        "def Xform \"a\" (references = </P>) { double3 xformOp:translate.timeSamples = { 0: (0, 0, 0), "
+                        "10: (0, 0, 10) } "
+                        "uniform token[] xformOpOrder = [\"xformOp:translate\"] }\n",
+                    prototype = "over \"P\" {\n" + curves("h", tuft(19, 2)) + "}\n";
+  Overrides overrides;
+  overrides.frame = 0;
+  overrides.shutter = {0.0, 1.0};
+  const Scene one = loaded(written("one.usda", usda + moving + prototype), overrides);
+  EXPECT_TRUE(one.grooms[0].instances.empty()) << "it is drawn once";
+  ASSERT_EQ(one.grooms[0].later.size(), 1u);
+  EXPECT_NEAR(one.grooms[0].later[0].points[0].z - one.grooms[0].points[0].z, 1, 1e-6f);
+  const Scene two =
+      loaded(written("two.usda", usda + "def Xform \"b\" (references = </P>) { }\n" + moving + prototype), overrides);
+  ASSERT_EQ(two.grooms[0].instances.size(), 2u);
+  EXPECT_TRUE(two.grooms[0].later.empty());
+  EXPECT_TRUE(two.grooms[0].instances[0].later.empty());
+  ASSERT_EQ(two.grooms[0].instances[1].later.size(), 1u);
+  EXPECT_NEAR(two.grooms[0].instances[1].later[0].offset.z - two.grooms[0].instances[1].first.offset.z, 1, 1e-6f);
+}
+
 TEST(FileInstances, ThatGoWithinTheShutterRest) {
   const std::string text =
       usda +

@@ -27,7 +27,7 @@ constexpr int deepest_arc = 16;
 constexpr std::uint64_t least_bytes_of_vertex = 8;
 /// Instances that cannot share strands are copies, which take more than the bytes of a file allow otherwise: so many of
 /// them, of so many vertices each.
-constexpr std::uint64_t most_copies = 16384, vertices_of_copy = 2048;
+constexpr std::uint64_t most_copies = 4096, vertices_of_copy = 8192;
 
 constexpr const char* why_no_cards = "curves are drawn, not cards in their place";
 
