@@ -3,9 +3,13 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 namespace tress::cli {
+
+/// What makes the noun behind a number plural: "s", or nothing behind 1.
+constexpr const char* plural(std::uint64_t number) { return number == 1 ? "" : "s"; }
 
 /// Drops notes and the bar from now on. Errors stay, and so do warnings, which concern the result. One thread at a time
 /// for everything here.

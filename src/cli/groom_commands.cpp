@@ -21,6 +21,7 @@
 #include "scene/read/groom_writers.h"
 #include "scene/read/load_scene.h"
 #include "scene/read/scene_strands.h"
+#include "scene/read/shared_strands.h"
 
 namespace tress::cli {
 namespace {
@@ -37,7 +38,7 @@ struct GroomSettings {
 
 scene::Box bounds_of(const scene::GroomFile& groom) {
   const scene::StrandBasis basis = groom.basis.value_or(scene::StrandBasis::linear);
-  return scene::box_of_strands(basis, groom.first_point, groom.points).value_or(scene::Box{});
+  return scene::box_of_instances(groom, basis).value_or(scene::Box{});
 }
 
 std::string basis_of(const scene::GroomFile& groom) {
@@ -108,13 +109,23 @@ std::string colors_of(const scene::GroomFile& groom) {
   return (groom.color.size() == groom.points.size() ? "per point" : "per strand") + std::string(use);
 }
 
+/// The number of strands that are drawn: those of all instances.
+std::uint64_t drawn_strands(const scene::GroomFile& groom) {
+  std::uint64_t drawn = groom.strand_count();
+  for (const scene::SharedStrands& shared : groom.shared)
+    drawn += (shared.places.size() - 1) * std::uint64_t{shared.end - shared.first};
+  return drawn;
+}
+
 void print_text(const scene::GroomFile& groom) {
   const scene::Box box = bounds_of(groom);
   fmt::print(
-      "format    {}\nstrands   {}\npoints    {}, {}\ncurves    {}\nbounds    ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) "
+      "format    {}\nstrands   {}{}\npoints    {}, {}\ncurves    {}\nbounds    ({:g}, {:g}, {:g}) to ({:g}, {:g}, "
+      "{:g}) "
       "units\n",
-      groom.format, groom.strand_count(), groom.points.size(), points_a_strand(groom), basis_of(groom), box.low.x,
-      box.low.y, box.low.z, box.high.x, box.high.y, box.high.z);
+      groom.format, groom.strand_count(),
+      groom.shared.empty() ? "" : fmt::format(", {} with all instances", drawn_strands(groom)), groom.points.size(),
+      points_a_strand(groom), basis_of(groom), box.low.x, box.low.y, box.low.z, box.high.x, box.high.y, box.high.z);
   fmt::print("unit      {}\nup        {}\nwidths    {}\ncolors    {}\nnormals   {}\nids       {}\nroot uv   {}\n",
              unit_of(groom), up_of(groom), widths_of(groom), colors_of(groom),
              groom.normal.empty() ? "none" : "per point (minor axes of the fibers; \"normals\": false leaves them out)",
@@ -123,7 +134,9 @@ void print_text(const scene::GroomFile& groom) {
   for (std::size_t i = 0; i < std::min(groom.parts.size(), most_parts); ++i) {
     const scene::GroomPart& part = groom.parts[i];
     if (part.name.empty() && groom.parts.size() == 1) break;
-    fmt::print("part      {}: {} strands, {} points, {}\n", part.name, part.strands, part.points, part.curve);
+    fmt::print("part      {}: {} strand{}, {} point{}, {}{}\n", part.name, part.strands, plural(part.strands),
+               part.points, plural(part.points), part.curve,
+               part.instances == 1 ? "" : fmt::format(", {} instances that share them", part.instances));
   }
   if (groom.parts.size() > most_parts) fmt::print("part      and {} more\n", groom.parts.size() - most_parts);
   for (const std::string& material : groom.materials) fmt::print("material  {}\n", material);
@@ -136,10 +149,15 @@ void print_json(const scene::GroomFile& groom) {
   const scene::Box box = bounds_of(groom);
   nlohmann::ordered_json parts = nlohmann::ordered_json::array(), ignored = nlohmann::ordered_json::array();
   for (const scene::GroomPart& part : groom.parts)
-    parts.push_back({{"name", part.name}, {"strands", part.strands}, {"points", part.points}, {"curve", part.curve}});
+    parts.push_back({{"name", part.name},
+                     {"strands", part.strands},
+                     {"points", part.points},
+                     {"curve", part.curve},
+                     {"instances", part.instances}});
   for (const scene::IgnoredAttribute& one : groom.ignored) ignored.push_back({{"name", one.name}, {"why", one.why}});
   nlohmann::ordered_json json = {{"format", groom.format},
                                  {"strands", groom.strand_count()},
+                                 {"strands_of_all_instances", drawn_strands(groom)},
                                  {"points", groom.points.size()},
                                  {"curves", basis_of(groom)},
                                  {"bounds", {{box.low.x, box.low.y, box.low.z}, {box.high.x, box.high.y, box.high.z}}}};
@@ -237,6 +255,10 @@ int run_convert(const GroomSettings& settings) {
   auto groom = read_strands(settings);
   if (!groom) {
     log_error(groom.error().message());
+    return 1;
+  }
+  if (auto error = scene::write_out(settings.file.string(), &*groom)) {
+    log_error(error->message());
     return 1;
   }
   if (settings.cm_per_unit) groom->cm_per_unit = settings.cm_per_unit;

@@ -42,7 +42,6 @@ void SceneModel::add_fibers(const scene::Scene& scene) {
   }
   for (const scene::Material& material : scene.materials) log_narrow_blurs(material);
   if (!service()) return;
-  const auto plural = [](std::size_t count) { return count == 1 ? "" : "s"; };
   const std::size_t pages = service()->slice_count();
   log_note(fmt::format("{} page{} for {} fiber{}, table of at most {:.4g} MB", pages, plural(pages),
                        scene.fibers.size(), plural(scene.fibers.size()),

@@ -20,6 +20,7 @@
 #include "scene/read/assembly.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/grooms/given_basis.h"
+#include "scene/read/shared_strands.h"
 
 namespace py = pybind11;
 
@@ -158,7 +159,9 @@ py::dict read_groom(const std::filesystem::path& file, std::optional<std::uint32
                     std::optional<double> frame) {
   scene::GroomFile groom = [&] {
     const py::gil_scoped_release released;
-    return checked(scene::read_groom_file(file, points_per_strand, frame));
+    scene::GroomFile read = checked(scene::read_groom_file(file, points_per_strand, frame));
+    check(scene::write_out(file.string(), &read));
+    return read;
   }();
   scene::say_widths(&groom);
   std::vector<std::uint32_t> counts(groom.strand_count());

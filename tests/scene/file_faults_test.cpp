@@ -27,6 +27,7 @@
 #include "scene/read/input_files.h"
 #include "scene/read/load_scene.h"
 #include "scene/read/mapped_file.h"
+#include "scene/read/shared_strands.h"
 
 namespace tress::scene {
 namespace {
@@ -193,7 +194,9 @@ TEST(FileFaults, AbcFpsIgnored) {
 }
 
 TEST(FileFaults, AbcInstancesAndOrders) {
-  const GroomFile instances = read("instance.abc"), orders = read("varorder.abc");
+  const GroomFile orders = read("varorder.abc");
+  GroomFile instances = read("instance.abc");
+  ASSERT_FALSE(write_out("instance.abc", &instances));
   ASSERT_EQ(instances.strand_count(), 2u);
   EXPECT_NEAR(instances.points[instances.first_point[1]].x - instances.points[0].x, 5, 1e-5);
   EXPECT_EQ(orders.strand_count(), 2u);
@@ -245,7 +248,9 @@ TEST(FileFaults, UsdVaryingTopology) {
 }
 
 TEST(FileFaults, UsdFlattenedInstances) {
-  const GroomFile groom = read("flatinst.usda");
+  GroomFile groom = read("flatinst.usda");
+  EXPECT_EQ(groom.strand_count(), 1u) << "they share it";
+  ASSERT_FALSE(write_out("flatinst.usda", &groom));
   ASSERT_EQ(groom.strand_count(), 2u);
   EXPECT_EQ(groom.points[0].x, 0);
   EXPECT_EQ(groom.points[2].x, 5);

@@ -61,10 +61,13 @@ void expect_same(const GroomFile& crate, const GroomFile& text, const std::strin
   EXPECT_EQ(crate.materials, text.materials) << name;
   EXPECT_EQ(crate.is_animated, text.is_animated) << name;
   EXPECT_EQ(names_of(crate.ignored), names_of(text.ignored)) << name;
+  ASSERT_EQ(crate.shared.size(), text.shared.size()) << name;
+  for (std::size_t i = 0; i < text.shared.size(); ++i) EXPECT_EQ(crate.shared[i].places, text.shared[i].places) << name;
   ASSERT_EQ(crate.parts.size(), text.parts.size()) << name;
   for (std::size_t i = 0; i < text.parts.size(); ++i) {
     EXPECT_EQ(crate.parts[i].name, text.parts[i].name) << name;
     EXPECT_EQ(crate.parts[i].strands, text.parts[i].strands) << name;
+    EXPECT_EQ(crate.parts[i].instances, text.parts[i].instances) << name;
     EXPECT_EQ(crate.parts[i].curve, text.parts[i].curve) << name;
   }
 }
@@ -84,7 +87,7 @@ TEST(UsdcFile, EveryCrateHasTheStrandsOfItsText) {
     }
     ++crates;
   }
-  EXPECT_EQ(crates, 22);
+  EXPECT_EQ(crates, 23);
 }
 
 TEST(UsdcFile, EveryTruncationIsRefused) {

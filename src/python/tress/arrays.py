@@ -146,7 +146,7 @@ def read_groom(
 ) -> Strands:
     """Strands of a .hair, Alembic, USD text, pbrt, PLY or .data file, in the file's units and axes. Where it says none
     a unit is 1 cm and z is up: set `cm_per_unit` and `up`. `frame` is that of an animated file, in place of its first
-    sample. The arrays own what was read. `remarks` says what of the
+    sample. Instances that share strands are written out. The arrays own what was read. `remarks` says what of the
     file is not used."""
     fields = _tress.read_groom(os.fspath(file), points_per_strand, frame)
     strands = Strands(

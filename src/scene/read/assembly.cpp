@@ -19,6 +19,7 @@
 #include "scene/model/groom_bounds.h"
 #include "scene/model/parameters.h"
 #include "scene/read/grooms/given_basis.h"
+#include "scene/read/shared_strands.h"
 
 namespace tress::scene {
 namespace {
@@ -38,17 +39,27 @@ std::string up_note(const std::string& name, const GroomPlacement& placement, bo
 bool falls_along_y(const GroomFile& hair) {
   constexpr double least_fall = 0.1;
   glm::dvec3 fall(0.0);
-  std::size_t counted = 0;
+  double strands = 0;
+  auto shared = hair.shared.begin();
   for (std::size_t s = 0; s + 1 < hair.first_point.size(); ++s) {
+    while (shared != hair.shared.end() && s >= shared->end) ++shared;
     double length = 0;
     for (std::uint32_t i = hair.first_point[s] + 1; i < hair.first_point[s + 1]; ++i)
       length += glm::distance(glm::dvec3(hair.points[i - 1]), glm::dvec3(hair.points[i]));
     if (!(length > 0)) continue;
     const glm::dvec3 root(hair.points[hair.first_point[s]]), tip(hair.points[hair.first_point[s + 1] - 1]);
-    fall += (tip - root) / length;
-    ++counted;
+    const glm::dvec3 way = (tip - root) / length;
+    if (shared == hair.shared.end() || s < shared->first) {
+      fall += way;
+      ++strands;
+      continue;
+    }
+    for (const std::vector<glm::dmat4>& place : shared->places) {
+      const glm::dmat3 linear(place.front());
+      fall += linear * way / std::cbrt(glm::determinant(linear));
+      ++strands;
+    }
   }
-  const auto strands = static_cast<double>(counted);
   return fall.y < -least_fall * strands && fall.y < 2 * fall.z;
 }
 
@@ -124,8 +135,6 @@ struct Scale {
 /// The given unit, or the file's, or one that gives the groom a usual size. The file has its basis.
 Scale scale_of(const GroomFile& file, const GroomPlacement& placement, const std::string& name,
                std::vector<std::string>* notes, std::vector<std::string>* warnings) {
-  const auto box = box_of_strands(*file.basis, file.first_point, file.points);
-  const double longest = box ? box->longest_side() : 0;
   Scale scale;
   if (const auto stray = stray_strands(file.first_point, file.points); !stray.empty())
     warnings->push_back(fmt::format(
@@ -138,7 +147,8 @@ Scale scale_of(const GroomFile& file, const GroomPlacement& placement, const std
     scale.cm_per_unit = *placement.usual_cm_per_unit;
     notes->push_back(
         fmt::format("{}: no unit given, {:g} cm taken for one, as for all parts of a folder", name, scale.cm_per_unit));
-  } else if (longest > 0) {
+  } else if (const auto box = box_of_instances(file, *file.basis); box && box->longest_side() > 0) {
+    const double longest = box->longest_side();
     scale.cm_per_unit = usual_longest_side_cm / longest;
     notes->push_back(fmt::format("{}: no unit given, longest side {:g} units taken for {:g} cm ({:g} cm per unit)",
                                  name, longest, usual_longest_side_cm, scale.cm_per_unit));
@@ -178,12 +188,12 @@ std::vector<float> radii_of(GroomFile* file, const GroomPlacement& placement, do
 
 /// Moves the strands that are kept to the front, in place. If the basis allows it, a point that equals the one before
 /// at every moment is removed. Strands in a single place, or with width 0 everywhere, are removed. Colors stay at
-/// points if they differ along a kept strand.
+/// points if they differ along a kept strand. set: per strand, or empty.
 struct LeftOut {
   std::size_t degenerate = 0, hidden = 0;
 };
 LeftOut compact(bool repeats_stay, const std::vector<std::uint32_t>& broken, Groom* groom,
-                std::vector<glm::vec3>* color) {
+                std::vector<glm::vec3>* color, std::vector<std::uint32_t>* set) {
   std::vector<std::vector<glm::vec3>*> moments{&groom->points};
   for (StrandMoment& moment : groom->later) moments.push_back(&moment.points);
   const auto differ = [&](std::size_t a, std::size_t b) {
@@ -230,6 +240,7 @@ LeftOut compact(bool repeats_stay, const std::vector<std::uint32_t>& broken, Gro
     if (!color->empty()) mean.push_back(sum / static_cast<float>(kept_points - start));
     if (!groom->id.empty()) groom->id[kept_strands] = groom->id[s];
     if (!groom->root_uv.empty()) groom->root_uv[kept_strands] = groom->root_uv[s];
+    if (!set->empty()) (*set)[kept_strands] = (*set)[s];
     color_varies = color_varies || has_colors;
     groom->first_point[++kept_strands] = static_cast<std::uint32_t>(kept_points);
   }
@@ -239,6 +250,7 @@ LeftOut compact(bool repeats_stay, const std::vector<std::uint32_t>& broken, Gro
   groom->first_point.resize(kept_strands + 1);
   if (!groom->id.empty()) groom->id.resize(kept_strands);
   if (!groom->root_uv.empty()) groom->root_uv.resize(kept_strands);
+  if (!set->empty()) set->resize(kept_strands);
   color->resize(color_varies ? kept_points : 0);
   groom->color = color_varies ? std::move(*color) : std::move(mean);
   return left_out;
@@ -260,7 +272,9 @@ std::optional<Error> fault_of_attribute(const GroomFile& file, const std::string
 }  // namespace
 
 Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, const std::string& name,
-                             std::vector<std::string>* notes, std::vector<std::string>* warnings) {
+                             std::vector<std::string>* notes, std::vector<std::string>* warnings,
+                             FileInstances* instances) {
+  settle(&file);
   const bool says_basis = file.basis.has_value();
   if (!says_basis)
     if (auto error = take_points_as(placement.basis.value_or(usual_basis), name, &file)) return *error;
@@ -306,14 +320,27 @@ Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, co
   if (placement.colors && file.color.empty()) file.color.assign(groom.strand_count(), file.default_color);
   if (!placement.colors) file.color.clear();
   const std::size_t strands = groom.strand_count();
+  FileInstances shared;
+  if (!file.shared.empty()) shared.set.assign(strands, 0);
+  const glm::dmat4 to_world =
+      glm::scale(y_up ? glm::dmat4({1, 0, 0, 0}, {0, 0, 1, 0}, {0, -1, 0, 0}, {0, 0, 0, 1}) : glm::dmat4(1.0),
+                 glm::dvec3(scale.cm_per_unit));
+  const glm::dmat4 to_file = glm::inverse(to_world);
+  for (SharedStrands& each : file.shared) {
+    std::fill(shared.set.begin() + each.first, shared.set.begin() + each.end, shared.places.size() + 1);
+    for (std::vector<glm::dmat4>& moments : each.places)
+      for (glm::dmat4& place : moments) place = to_world * place * to_file;
+    shared.places.push_back(std::move(each.places));
+  }
   const bool repeats_stay = groom.basis != StrandBasis::linear;  // a repeated control point makes a corner
-  const LeftOut left_out = compact(repeats_stay, file.broken, &groom, &file.color);
+  const LeftOut left_out = compact(repeats_stay, file.broken, &groom, &file.color, &shared.set);
   if (left_out.degenerate > 0)
     warnings->push_back(fmt::format(
         "{}: {} of {} strands are degenerate (one point, no length or a point that is not finite) and left out", name,
         left_out.degenerate, strands));
   if (left_out.hidden > 0)
     notes->push_back(fmt::format("{}: {} of {} strands are hidden, their width is 0", name, left_out.hidden, strands));
+  if (instances != nullptr) *instances = std::move(shared);
   return groom;
 }
 
@@ -325,6 +352,12 @@ glm::dmat3 ObjectTransform::turn() const {
     turn = glm::rotate(glm::dmat4(1.0), double{rotate_deg[axis]} * std::numbers::pi / 180, about) * turn;
   }
   return glm::dmat3(turn);
+}
+
+glm::dmat4 ObjectTransform::matrix() const {
+  glm::dmat4 matrix(scale * turn());
+  matrix[3] = glm::dvec4(glm::dvec3(translate) - origin, 1);
+  return matrix;
 }
 
 ObjectTransform ObjectPath::at(double frame) const {
@@ -430,22 +463,24 @@ std::optional<Error> move_groom(std::span<const ObjectTransform> moments, Groom*
   return std::nullopt;
 }
 
-std::optional<Error> add_instances(std::span<const std::vector<ObjectTransform>> instances, Groom* groom) {
-  const auto place_of = [](const ObjectTransform& transform) {
-    return Similarity{glm::mat3(transform.turn()), static_cast<float>(transform.scale),
-                      glm::vec3(glm::dvec3(transform.translate) - transform.origin)};
+std::optional<Error> add_instances(std::span<const std::vector<glm::dmat4>> instances, const glm::dvec3& origin,
+                                   Groom* groom) {
+  const auto place_of = [](const glm::dmat4& place) {
+    const glm::dmat3 linear(place);
+    const glm::dvec3 x = glm::normalize(linear[0]), y = glm::normalize(linear[1] - glm::dot(linear[1], x) * x);
+    return Similarity{glm::mat3(glm::dmat3(x, y, glm::cross(x, y))),
+                      static_cast<float>(std::cbrt(glm::determinant(linear))), glm::vec3(place[3])};
   };
   groom->instances.reserve(instances.size());
-  for (const std::vector<ObjectTransform>& moments : instances) {
+  for (const std::vector<glm::dmat4>& moments : instances) {
     Instance& instance = groom->instances.emplace_back(Instance{place_of(moments.front())});
-    if (std::ranges::all_of(moments, [&](const ObjectTransform& moment) { return moment == moments.front(); }))
-      continue;
-    for (const ObjectTransform& moment : std::span(moments).subspan(1)) instance.later.push_back(place_of(moment));
+    if (std::ranges::all_of(moments, [&](const glm::dmat4& moment) { return moment == moments.front(); })) continue;
+    for (const glm::dmat4& moment : std::span(moments).subspan(1)) instance.later.push_back(place_of(moment));
   }
   std::optional<double> beyond;
   if (!instances.empty())
     for_each_bounding_point(*groom, [&](const glm::vec3& point) {
-      if (!beyond) beyond = beyond_world(glm::dvec3(point) + instances.front().front().origin);
+      if (!beyond) beyond = beyond_world(glm::dvec3(point) + origin);
     });
   if (!beyond) return std::nullopt;
   return Error{groom->name, "instances", fmt::format("coordinates within {:g} cm", world_cm),

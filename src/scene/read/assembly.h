@@ -3,6 +3,7 @@
 #pragma once
 
 #include <glm/ext/matrix_double3x3.hpp>
+#include <glm/ext/matrix_double4x4.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -64,6 +65,8 @@ struct ObjectTransform {
   glm::dvec3 of(const glm::dvec3& point, const glm::dmat3& turn) const {
     return turn * (scale * point) + glm::dvec3(translate) - origin;
   }
+  /// The same as a matrix.
+  glm::dmat4 matrix() const;
   friend bool operator==(const ObjectTransform&, const ObjectTransform&) = default;
 };
 
@@ -100,18 +103,30 @@ struct GroomPlacement {
 /// y, and twice as far down as along z.
 bool falls_along_y(const GroomFile& hair);
 
+/// The strands of a groom that its file shares between instances.
+struct FileInstances {
+  /// By set of strands, instance and moment: from the coordinates of the groom's points, without Groom::origin, to the
+  /// same, in cm and the axes of the world.
+  std::vector<std::vector<std::vector<glm::dmat4>>> places = {};
+  std::vector<std::uint32_t> set = {};  ///< per strand, rising where it is not 0: 0 drawn once, i + 1 at places[i]
+};
+
 /// Makes a groom. Choices are appended to `notes`, and omissions to `warnings`. A groom without strands is possible.
-/// Fails if the placed groom leaves a world of 10^6 cm. Allocates only radii that the file does not have.
+/// Fails if the placed groom leaves a world of 10^6 cm. Allocates only radii that the file does not have. instances: of
+/// the file; if null, shared strands are where the first instance is.
 Result<Groom> assemble_groom(GroomFile file, const GroomPlacement& placement, const std::string& name,
-                             std::vector<std::string>* notes, std::vector<std::string>* warnings);
+                             std::vector<std::string>* notes, std::vector<std::string>* warnings,
+                             FileInstances* instances = nullptr);
 
 /// Scales, turns and moves a groom in the world, at each of the shutter's moments, of which there is at least one. A
 /// groom that rests starts to move if the transforms do. Fails if it leaves a world of 10^6 cm.
 std::optional<Error> move_groom(std::span<const ObjectTransform> moments, Groom* groom);
 
 /// Adds instances of a groom, each at each of the shutter's moments, of which there is at least one; an instance rests
-/// if its transforms do not differ. Fails if one leaves a world of 10^6 cm.
-std::optional<Error> add_instances(std::span<const std::vector<ObjectTransform>> instances, Groom* groom);
+/// if its places do not differ. Each is a rotation, a uniform scale > 0 and a translation, in cm, to coordinates from
+/// which `origin` has been subtracted. Fails if one leaves a world of 10^6 cm.
+std::optional<Error> add_instances(std::span<const std::vector<glm::dmat4>> instances, const glm::dvec3& origin,
+                                   Groom* groom);
 
 /// Scales, turns and moves a light in the world, at each of the shutter's moments, of which there is at least one; it
 /// rests if the transforms do not differ. Radiance and cone angles stay. Fails if it leaves a world of 10^6 cm; `name`

@@ -12,6 +12,7 @@
 #include "scene/read/grooms/text_cursor.h"
 #include "scene/read/input_files.h"
 #include "scene/read/mapped_file.h"
+#include "scene/read/shared_strands.h"
 
 namespace tress::scene {
 namespace {
@@ -71,7 +72,7 @@ void name_short_strands(GroomFile* groom) {
 Result<GroomFile> read_bytes(std::span<const unsigned char> bytes, const std::filesystem::path& file,
                              const DoneWith& done_with, std::optional<std::uint32_t> points_per_strand,
                              std::optional<double> frame, std::optional<double> frames_per_second,
-                             const std::string& attribute, const glm::dvec3& origin) {
+                             const std::string& attribute, const glm::dvec3& origin, bool settles) {
   bytes = without_byte_order_mark(bytes);
   const auto start = bytes.first(std::min(bytes.size(), bytes_of_kind));
   const GroomFormat* format = groom_format_of(bytes);
@@ -91,6 +92,7 @@ Result<GroomFile> read_bytes(std::span<const unsigned char> bytes, const std::fi
   auto groom = format->read(
       {bytes, file.string(), other_file, points_per_strand, attribute, done_with, frame, frames_per_second, origin});
   if (groom) name_short_strands(&*groom);
+  if (groom && settles) settle(&*groom);
   return groom;
 }
 
@@ -98,13 +100,13 @@ Result<GroomFile> read_bytes(std::span<const unsigned char> bytes, const std::fi
 
 Result<GroomFile> read_groom_file(const std::filesystem::path& file, std::optional<std::uint32_t> points_per_strand,
                                   std::optional<double> frame, std::optional<double> frames_per_second,
-                                  const std::string& attribute, const glm::dvec3& origin) {
+                                  const std::string& attribute, const glm::dvec3& origin, bool settles) {
   const auto read_unpacked = [&](Result<std::vector<unsigned char>> packed,
                                  const std::filesystem::path& name) -> Result<GroomFile> {
     if (!packed) return packed.error();
     const auto bytes = unpacked(std::move(*packed), name.string(), most_part_bytes);
     if (!bytes) return bytes.error();
-    return read_bytes(*bytes, name, {}, points_per_strand, frame, frames_per_second, attribute, origin);
+    return read_bytes(*bytes, name, {}, points_per_strand, frame, frames_per_second, attribute, origin, settles);
   };
   if (file == "-") return read_unpacked(standard_input(), file);
   const auto mapped = MappedFile::open(file, wanted(), most_groom_bytes);
@@ -113,7 +115,8 @@ Result<GroomFile> read_groom_file(const std::filesystem::path& file, std::option
     return read_unpacked(read_input_file(file, wanted(), most_part_bytes),
                          ending_of(file) == ".gz" ? file.parent_path() / file.stem() : file);
   const auto done_with = [&](std::span<const unsigned char> part) { mapped->let_go(part); };
-  return read_bytes(mapped->bytes(), file, done_with, points_per_strand, frame, frames_per_second, attribute, origin);
+  return read_bytes(mapped->bytes(), file, done_with, points_per_strand, frame, frames_per_second, attribute, origin,
+                    settles);
 }
 
 std::vector<std::filesystem::path> included_files(const std::filesystem::path& file) {

@@ -11,7 +11,7 @@
 namespace tress::scene {
 namespace {
 
-constexpr std::size_t most_looks = 64, most_instances = 1'000'000;
+constexpr std::size_t most_looks = 64;
 constexpr std::uint64_t most_generated_points = 100'000'000;
 constexpr Taper usual_generated_taper{.root = 1, .tip = 0.4};
 

@@ -455,23 +455,26 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
   for (auto& groom_description : description.grooms) {
     for (GroomLook& look : groom_description.looks)
       if (auto error = load_textures(from, &scene.warnings, &look.share)) return *error;
-    auto groom = make_groom(groom_description, motion.moments(), from, &scene);
-    if (!groom) return groom.error();
+    auto grooms = make_grooms(groom_description, motion.moments(), from, &scene);
+    if (!grooms) return grooms.error();
     const std::string usual = groom_description.file ? std::filesystem::path(*groom_description.file).stem().string()
                                                      : groom_description.recipe.kind;
-    groom->object = object_name(groom_description.name, usual, taken);
-    taken.insert(groom->object);
-    groom->visibility = groom_description.visibility;
-    apply_taper(groom_description.taper, &*groom);
-    groom->material = groom_description.material;
-    if (auto error = fault_of_roots(*groom, groom_description.looks, scene.materials)) return *error;
-    if (groom->strand_count() == 0)
-      scene.warnings.push_back(groom->name + ": no strand is left to draw");
-    else
-      for (Groom& part : divided(std::move(*groom), groom_description.looks)) {
-        apply_thickness(scene.materials[part.material], &part);
-        scene.grooms.push_back(std::move(part));
-      }
+    const std::string object = object_name(groom_description.name, usual, taken);
+    taken.insert(object);
+    for (Groom& groom : *grooms) {
+      groom.object = object;
+      groom.visibility = groom_description.visibility;
+      apply_taper(groom_description.taper, &groom);
+      groom.material = groom_description.material;
+      if (auto error = fault_of_roots(groom, groom_description.looks, scene.materials)) return *error;
+      if (groom.strand_count() == 0)
+        scene.warnings.push_back(groom.name + ": no strand is left to draw");
+      else
+        for (Groom& part : divided(std::move(groom), groom_description.looks)) {
+          apply_thickness(scene.materials[part.material], &part);
+          scene.grooms.push_back(std::move(part));
+        }
+    }
   }
   if (auto error = fault_of_links(description, taken, name)) return *error;
   if (unstyled != nullptr) *unstyled = {scene.materials, scene.lights, scene.environment};

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <glm/ext/matrix_transform.hpp>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -15,6 +16,7 @@
 #include "scene/read/groom_files.h"
 #include "scene/read/grooms/given_basis.h"
 #include "scene/read/input_files.h"
+#include "scene/read/shared_strands.h"
 
 namespace tress::scene {
 namespace {
@@ -121,8 +123,12 @@ void set_widths(std::vector<std::vector<float>> widths, GroomFile* groom) {
 Result<GroomFile> read_numbered_groom(const std::filesystem::path& pattern, const GroomDescription& description,
                                       const FrameMoments& moments) {
   auto files = files_around<GroomFile>(moments, [&](int frame) {
-    return read_groom_file(of_frame(pattern, frame), description.points_per_strand, {}, {},
-                           description.placement.attribute);
+    const std::string name = of_frame(pattern, frame).string();
+    auto file = read_groom_file(name, description.points_per_strand, {}, {}, description.placement.attribute);
+    if (!file) return file;
+    if (!file->shared.empty()) file->remarks.emplace_back("instances of numbered files are copies of their strands");
+    if (auto error = write_out(name, &*file)) return Result<GroomFile>(*error);
+    return file;
   });
   if (!files) return files.error();
   const int first = files->begin()->first;
@@ -152,11 +158,12 @@ Result<GroomFile> read_timed_groom(const std::filesystem::path& path, const Groo
   glm::dvec3 origin(0.0);
   const auto read = [&](std::optional<double> frame) {
     return read_groom_file(path, description.points_per_strand, frame, moments.frames_per_second,
-                           description.placement.attribute, origin);
+                           description.placement.attribute, origin, false);
   };
   const auto first = moments.is_asked ? std::optional(moments.frames.front()) : std::nullopt;
   auto groom = read(first);
   if (groom && moments.origin != glm::dvec3(0.0) && !groom->points.empty()) {  // the scene is far from 0
+    settle(&*groom);
     origin = glm::round(glm::dvec3(groom->points.front()));
     groom = read(first);
   }
@@ -166,12 +173,21 @@ Result<GroomFile> read_timed_groom(const std::filesystem::path& path, const Groo
   for (std::size_t i = 1; i < moments.frames.size(); ++i) {
     auto then = read(moments.frames[i]);
     if (!then) return then;
-    if (auto error = match_strands(*groom, name_at(moments.frames.front()), name_at(moments.frames[i]), &*then)) {
+    const bool are_shared_alike = std::ranges::equal(groom->shared, then->shared, [](const auto& a, const auto& b) {
+      return a.first == b.first && a.end == b.end && a.places.size() == b.places.size();
+    });
+    if (!are_shared_alike ||
+        match_strands(*groom, name_at(moments.frames.front()), name_at(moments.frames[i]), &*then)) {
       groom->remarks.push_back(fmt::format("strands stand still while the shutter is open, since they are others at {}",
                                            name_at(moments.frames[i])));
       groom->later.clear();
+      for (SharedStrands& shared : groom->shared)
+        for (auto& places : shared.places) places.resize(1);
       return groom;
     }
+    for (std::size_t s = 0; s < groom->shared.size(); ++s)
+      for (std::size_t place = 0; place < groom->shared[s].places.size(); ++place)
+        groom->shared[s].places[place].push_back(then->shared[s].places[place].front());
     add_broken(then->broken, &*groom);
     groom->later.push_back(std::move(then->points));
     widths.push_back(std::move(then->width));
@@ -235,7 +251,7 @@ Result<std::vector<ObjFile>> read_numbered_mesh(const std::filesystem::path& pat
 bool is_numbered(const std::filesystem::path& file) { return names_frames(file) && !std::filesystem::exists(file); }
 
 Result<Groom> groom_in_its_axes(const GroomDescription& description, const FrameMoments& moments, Sources& from,
-                                Scene* scene) {
+                                Scene* scene, FileInstances* instances) {
   if (!description.file) {
     Groom groom = generate_groom(description.recipe);
     if (description.placement.basis) take_points_as(*description.placement.basis, &groom);
@@ -248,7 +264,61 @@ Result<Groom> groom_in_its_axes(const GroomDescription& description, const Frame
   auto strands = is_numbered(file) ? read_numbered_groom(file, description, moments)
                                    : read_timed_groom(file, description, moments);
   if (!strands) return strands.error();
-  return assemble_groom(std::move(*strands), description.placement, file.string(), &scene->notes, &scene->warnings);
+  return assemble_groom(std::move(*strands), description.placement, file.string(), &scene->notes, &scene->warnings,
+                        instances);
+}
+
+/// Appends strands of a groom to another that is like it.
+void append_strands(const Groom& from, std::uint32_t first, std::uint32_t end, Groom* to) {
+  const std::size_t begin = from.first_point[first], last = from.first_point[end], points = from.points.size();
+  const auto take = [&](const auto& values, auto* out) {
+    const bool is_per_point = values.size() == points;
+    if (!values.empty())
+      out->insert(out->end(), values.begin() + static_cast<std::ptrdiff_t>(is_per_point ? begin : first),
+                  values.begin() + static_cast<std::ptrdiff_t>(is_per_point ? last : end));
+  };
+  const std::size_t before = to->points.size();
+  for (std::uint32_t s = first; s < end; ++s)
+    to->first_point.push_back(static_cast<std::uint32_t>(before + from.first_point[s + 1] - begin));
+  take(from.points, &to->points);
+  take(from.radius_cm, &to->radius_cm);
+  take(from.color, &to->color);
+  take(from.id, &to->id);
+  take(from.root_uv, &to->root_uv);
+  take(from.minor_axis, &to->minor_axis);
+  to->later.resize(from.later.size());
+  for (std::size_t i = 0; i < from.later.size(); ++i) {
+    take(from.later[i].points, &to->later[i].points);
+    take(from.later[i].radius_cm, &to->later[i].radius_cm);
+  }
+}
+
+/// The strands of a groom that are drawn once, and each set of those that instances share, apart. Empty ones are left
+/// out.
+std::vector<Groom> apart(Groom groom, const FileInstances& instances) {
+  if (groom.id.empty())
+    for (std::uint32_t s = 0; s < groom.strand_count(); ++s) groom.id.push_back(s);
+  std::vector<Groom> sets(instances.places.size() + 1);
+  for (std::uint32_t s = 0, end = 0; s < groom.strand_count(); s = end) {
+    while (end < groom.strand_count() && instances.set[end] == instances.set[s]) ++end;
+    Groom& set = sets[instances.set[s]];
+    if (set.first_point.empty()) set.first_point.push_back(0);
+    append_strands(groom, s, end, &set);
+  }
+  for (Groom& set : sets) {
+    set.name = groom.name;
+    set.basis = groom.basis;
+    set.origin = groom.origin;
+    set.is_animated = groom.is_animated;
+  }
+  return sets;
+}
+
+/// Whether no strand moves by itself.
+bool rests(const Groom& groom) {
+  return std::ranges::all_of(groom.later, [&](const StrandMoment& moment) {
+    return moment.points == groom.points && (moment.radius_cm.empty() || moment.radius_cm == groom.radius_cm);
+  });
 }
 
 }  // namespace
@@ -262,18 +332,51 @@ std::vector<ObjectTransform> transforms(const ObjectPath& path, const FrameMomen
   return all;
 }
 
-Result<Groom> make_groom(const GroomDescription& description, const FrameMoments& moments, Sources& from,
-                         Scene* scene) {
-  auto groom = groom_in_its_axes(description, moments, from, scene);
-  if (!groom) return groom;
+Result<std::vector<Groom>> make_grooms(const GroomDescription& description, const FrameMoments& moments, Sources& from,
+                                       Scene* scene) {
+  FileInstances shared;
+  auto groom = groom_in_its_axes(description, moments, from, scene, &shared);
+  if (!groom) return groom.error();
   std::vector<ObjectTransform> placed = transforms(description.path, moments);
   if (!description.instances.empty())  // these move it to the scene's origin
     for (ObjectTransform& transform : placed) transform.origin = glm::dvec3(0.0);
-  if (auto error = move_groom(placed, &*groom)) return *error;
-  std::vector<std::vector<ObjectTransform>> instances;
-  for (const ObjectPath& path : description.instances) instances.push_back(transforms(path, moments));
-  if (auto error = add_instances(instances, &*groom)) return *error;
-  return groom;
+  std::vector<std::vector<glm::dmat4>> instances;
+  for (const ObjectPath& path : description.instances) {
+    std::vector<glm::dmat4>& places = instances.emplace_back();
+    for (const ObjectTransform& transform : transforms(path, moments)) places.push_back(transform.matrix());
+  }
+  std::vector<Groom> grooms;
+  if (shared.places.empty())
+    grooms.push_back(std::move(*groom));
+  else
+    grooms = apart(std::move(*groom), shared);
+  if (!grooms.front().first_point.empty()) {
+    if (auto error = move_groom(placed, &grooms.front())) return *error;
+    if (auto error = add_instances(instances, moments.origin, &grooms.front())) return *error;
+  }
+  if (instances.empty()) instances.emplace_back(moments.frames.size(), glm::dmat4(1.0));
+  for (std::size_t i = 1; i < grooms.size(); ++i) {
+    Groom& set = grooms[i];
+    const auto& places = shared.places[i - 1];
+    if (set.first_point.empty()) continue;
+    if (places.size() * instances.size() > most_instances)
+      return Error{set.name, "instances",
+                   fmt::format("at most {}, those of the file in those of the scene", most_instances),
+                   fmt::format("{} in {}", places.size(), instances.size())};
+    const glm::dmat4 from_origin = glm::translate(glm::dmat4(1.0), set.origin);
+    std::vector<std::vector<glm::dmat4>> all;
+    for (const std::vector<glm::dmat4>& instance : instances)
+      for (const std::vector<glm::dmat4>& place : places) {
+        std::vector<glm::dmat4>& at = all.emplace_back();
+        for (std::size_t m = 0; m < moments.frames.size(); ++m)
+          at.push_back(instance[m] * placed[m].matrix() * place[std::min(m, place.size() - 1)] * from_origin);
+      }
+    if (rests(set)) set.later.clear();
+    set.origin = glm::dvec3(0.0);
+    if (auto error = add_instances(all, moments.origin, &set)) return *error;
+  }
+  std::erase_if(grooms, [&](const Groom& set) { return set.first_point.empty(); });
+  return grooms;
 }
 
 Result<Mesh> make_mesh(const MeshDescription& description, const FrameMoments& moments, const Sources& from,

@@ -30,10 +30,12 @@ struct FrameMoments {
 /// The placements of an object at each of the moments.
 std::vector<ObjectTransform> transforms(const ObjectPath& path, const FrameMoments& moments);
 
-/// Makes a groom in the world. A name with #### stands for one file a frame, interpolated linearly between two of them.
-/// Fails if the strands of the files differ: they must be as many, with as many points each, in the same order or, if
-/// all files have an id for each strand, with the same ids.
-Result<Groom> make_groom(const GroomDescription& description, const FrameMoments& moments, Sources& from, Scene* scene);
+/// Makes a groom in the world: one, or one for each set of strands that its file shares between instances. A name with
+/// #### stands for one file a frame, interpolated linearly between two of them. Fails if the strands of the files
+/// differ: they must be as many, with as many points each, in the same order or, if all files have an id for each
+/// strand, with the same ids.
+Result<std::vector<Groom>> make_grooms(const GroomDescription& description, const FrameMoments& moments, Sources& from,
+                                       Scene* scene);
 
 /// Makes a mesh in the world in the same way; the files of the frames must have the same faces.
 Result<Mesh> make_mesh(const MeshDescription& description, const FrameMoments& moments, const Sources& from,

@@ -100,7 +100,8 @@ class Text:
         if kind:
             fields.append(("typeName", "token", kind))
         if self.peek() == "(":
-            self.metadata(fields, {"active": "bool", "instanceable": "bool", "kind": "token", "clipAssetPaths": "asset[]"})
+            self.metadata(fields, {"active": "bool", "instanceable": "bool", "kind": "token", "clipAssetPaths": "asset[]",
+                                   "inactiveIds": "ids"})
         properties, children = {}, []
         self.take("{")
         while not self.take("}"):
@@ -138,7 +139,9 @@ class Text:
                 fields.append(("timeSamples", "samples", (kind, values)))
             else:
                 value = self.value()
-                if kind != "rel":
+                if kind == "rel":
+                    fields.append(("targetPaths", "inherits", ("", value if isinstance(value, list) else [value], 0)))
+                else:
                     fields.append(("default", kind, value))
         if self.peek() == "(":
             self.metadata(fields, {"interpolation": "token", "colorSpace": "token"})
@@ -224,6 +227,8 @@ class Crate:
             return 41 << 48 | self.put(struct.pack("<Q%dI" % len(value), len(value), *map(self.token, value)))
         if kind in ("references", "payload", "inherits", "specializes"):
             return self.arcs(kind, *value)
+        if kind == "ids":
+            return 37 << 48 | self.put(struct.pack("<BQ%dq" % len(value), 3, len(value), *map(int, value)))
         if kind == "samples":
             return self.samples(*value)
         is_array, kind = kind.endswith("[]"), kind.removesuffix("[]")

@@ -181,6 +181,28 @@ def moving():
 
     write("moving.abc", ogawa.archive_of(build))
 
+    def instances(archive):  # of an object that is drawn too, below transforms; one is stretched, and one leads nowhere
+        hair = ogawa.curves(archive, [2, 3], [(0, 0, 0), (0, 0, 5), (1, 0, 0), (1, 0, 2), (1, 1, 5)], (1, 0, 0, 0),
+                            width=[0.0625], width_scope="con", params=[
+                                archive.array("groom_id", "i32", [7, 8], 1, ogawa.scope("uni", "int32_t"))])
+        def instance_of(path):
+            source = archive.scalar(".instanceSource", "text", list(path.encode()))
+            return archive.object([source], [])
+        def at(ops, path="/a"):
+            return ogawa.xform(archive, ops, [("a", instance_of(path), "isInstance=1")])
+        up = archive.nested(".xform", [
+            archive.scalar(".inherits", "bool", [1]), archive.array(".ops", "u8", [1 << 4]),
+            archive.samples(".vals", "f64", [[4, 0, 0], [4, 0, 2]])], "schema=AbcGeom_Xform_v3")
+        moving = archive.object([up], [("a", instance_of("/a"), "isInstance=1")])
+        archive.first_second = 0
+        return [("a", ogawa.xform(archive, [(1, (0, 0, 1))], [("hair", hair, ogawa.CURVE)]), ogawa.XFORM),
+                ("moving", moving, ogawa.XFORM),
+                ("turned", at([(1, (8, 0, 0)), (6, (90,)), (0, (2, 2, 2))]), ogawa.XFORM),
+                ("stretched", at([(1, (0, 8, 0)), (0, (1, 1, 3))]), ogawa.XFORM),
+                ("nowhere", at([], "/b"), ogawa.XFORM)]
+
+    write("instances.abc", ogawa.archive_of(instances))
+
     def placeholders(archive):  # names of every length, in whose places a test puts others
         params = [archive.array("_" * size, "i32", [0], 1, ogawa.scope("con", "int32_t")) for size in range(1, 24)]
         return [("hair", ogawa.curves(archive, [2], [(0, 0, 0), (0, 0, 1)], (1, 0, 0, 0), params=params), ogawa.CURVE)]
@@ -521,7 +543,7 @@ def malformed():
 
 
 # The texts that become crates too, each of another version of the format.
-CRATES = {"same": 8, "colored": 7, "normals": 6, "types": 5, "bases/catmullRom_pinned": 8, "bases/bezier_periodic": 4,
+CRATES = {"instancer": 8, "same": 8, "colored": 7, "normals": 6, "types": 5, "bases/catmullRom_pinned": 8, "bases/bezier_periodic": 4,
           "bases/bspline_nonperiodic": 6, "bases/linear_pinned": 12, "../faults/animated_normals": 8, "../faults/defts": 4,
           "../faults/flatinst": 8, "../faults/idxid": 5, "../faults/idxw": 6, "../faults/inh": 8, "../faults/nan": 9,
           "../faults/one_thick": 8, "../faults/scaled": 10, "../faults/utf8id": 8, "../faults/vary": 7,

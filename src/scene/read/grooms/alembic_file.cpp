@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstring>
 #include <glm/ext/matrix_transform.hpp>
+#include <map>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <type_traits>
 #include <utility>
@@ -96,6 +98,7 @@ class AlembicReader {
   }
 
   Result<GroomFile> read() {
+    find_sources(file_.top(), 0);
     visit(file_.top(), {"", glm::dmat4(1.0), true, 0});
     if (file_.error()) return *file_.error();
     if (error_) return *error_;
@@ -163,7 +166,24 @@ class AlembicReader {
     return here;
   }
 
-  void visit(const OgawaObject& object, Place here) {
+  /// Finds the objects that others are instances of.
+  void find_sources(const OgawaObject& object, int depth) {
+    if (failed() || depth > deepest_object) return;
+    const Properties properties = file_.properties(object);
+    if (const OgawaProperty* source = find(properties, ".instanceSource"))
+      sources_.insert(file_.text(*source));
+    else
+      for (const OgawaObject& child : file_.children(object)) find_sources(child, depth + 1);
+  }
+
+  void visit(const OgawaObject& object, const Place& here) {
+    if (!failed() && sources_.contains(here.path))
+      share(here.path, here);
+    else
+      draw(object, here);
+  }
+
+  void draw(const OgawaObject& object, Place here) {
     if (failed()) return;
     const std::string path = here.path;
     if (here.depth > deepest_object) {
@@ -192,18 +212,32 @@ class AlembicReader {
              "objects of this kind are not read");
     }
     ++here.depth;
-    if (const OgawaProperty* source = find(properties, ".instanceSource")) {
-      const std::string from = file_.text(*source);
-      if (const auto original = object_at(from); original && !failed())
-        visit(*original, here);
-      else
-        ignore(path, "what it is an instance of is not there: " + printable(from.substr(0, 128)));
-      return;
-    }
+    if (const OgawaProperty* source = find(properties, ".instanceSource")) return share(file_.text(*source), here);
     for (const OgawaObject& child : file_.children(object)) {
       here.path = path + "/" + child.name.substr(0, 128);
       visit(child, here);
     }
+  }
+
+  /// Draws the object at a path, as an instance of it where that can share strands.
+  void share(const std::string& from, Place here) {
+    constexpr std::size_t is_open = SIZE_MAX;
+    const glm::dmat4 to_file = here.to_file;
+    std::optional<std::size_t>& prototype = prototypes_[{from, here.is_seen}];
+    const bool shares = prototype != is_open && builder_.can_share(to_file);
+    if (!shares || !prototype) {
+      const auto original = object_at(from);
+      if (!original || failed())
+        return ignore(here.path, "what it is an instance of is not there: " + printable(from.substr(0, 128)));
+      if (!shares) return draw(*original, std::move(here));
+      prototype = is_open;
+      builder_.begin_prototype();
+      here.to_file = glm::dmat4(1.0);
+      draw(*original, std::move(here));
+      prototype = builder_.end_prototype();
+    }
+    if (std::exchange(is_animated_, false)) builder_.file().is_animated = true;
+    if (auto error = builder_.add_instance(*prototype, to_file); error && !error_) error_ = error;
   }
 
   glm::dmat4 transform(const OgawaProperty& xform, const std::string& path, const glm::dmat4& parent) {
@@ -229,7 +263,9 @@ class AlembicReader {
     }
     if (inherits) {
       const std::vector<std::int64_t> flag = file_.integers(*inherits);
-      if (!flag.empty() && flag[0] == 0) return own;
+      const bool is_free = !flag.empty() && flag[0] == 0;
+      if (is_free && builder_.is_in_prototype()) ignore(path + ": .inherits", "an instance moves all that is in it");
+      if (is_free && !builder_.is_in_prototype()) return own;
     }
     return parent * own;
   }
@@ -569,6 +605,9 @@ class AlembicReader {
   std::string attribute_;          ///< read instead of the color; empty: none
   std::optional<double> seconds_;  ///< unset: the first samples
   GroomBuilder builder_;
+  std::set<std::string> sources_;  ///< paths of objects that others are instances of
+  /// Their numbers, once they are read, by path and whether they are seen there.
+  std::map<std::pair<std::string, bool>, std::optional<std::size_t>> prototypes_;
   std::uint64_t vertices_ = 0, most_vertices_;
   std::optional<Error> error_;
   bool is_animated_ = false;

@@ -61,6 +61,19 @@ void append_attribute(const CurveSet& set, StrandBasis drawn, AttributeScope sco
 
 }  // namespace
 
+bool is_similarity(const glm::dmat4& matrix) {
+  constexpr double rounding = 1e-5, smallest = 1e-6, largest = 1e6;  // scales, as those of a scene's instances
+  const glm::dmat3 linear(matrix), square = glm::transpose(linear) * linear;
+  const double size = (square[0][0] + square[1][1] + square[2][2]) / 3;
+  if (!(size >= smallest * smallest && size <= largest * largest && glm::determinant(linear) > 0)) return false;
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r)
+      if (!(std::abs(square[c][r] - (c == r ? size : 0)) <= rounding * size)) return false;
+  for (int c = 0; c < 3; ++c)
+    if (!(std::abs(matrix[3][c]) <= double{largest_coordinate})) return false;
+  return matrix[0][3] == 0 && matrix[1][3] == 0 && matrix[2][3] == 0 && matrix[3][3] == 1;
+}
+
 std::string words(AttributeScope scope) {
   static constexpr const char* names[] = {"constant", "uniform", "varying", "vertex"};
   return names[static_cast<std::size_t>(scope)];
@@ -399,10 +412,11 @@ std::optional<IgnoredAttribute> leave_out_broken(const std::string& set, std::si
 }
 
 void GroomBuilder::place(const CurveSet& set, std::size_t old_points, std::size_t old_strands) {
-  const bool moves = set.to_file != glm::dmat4(1.0) || file_.origin != glm::dvec3(0.0);
+  const glm::dvec3 origin = is_in_prototype() ? glm::dvec3(0.0) : file_.origin;  // that of a prototype is its own
+  const bool moves = set.to_file != glm::dmat4(1.0) || origin != glm::dvec3(0.0);
   for (std::size_t i = old_points; moves && i < file_.points.size(); ++i) {
     glm::vec3& point = file_.points[i];
-    const glm::dvec3 placed = glm::dvec3(set.to_file * glm::dvec4(glm::dvec3(point), 1.0)) - file_.origin;
+    const glm::dvec3 placed = glm::dvec3(set.to_file * glm::dvec4(glm::dvec3(point), 1.0)) - origin;
     for (int c = 0; c < 3; ++c) point[c] = to_float(placed[c]);
   }
   if (const auto broken = leave_out_broken(set.name, old_strands, &file_)) ignore(broken->name, broken->why);
@@ -426,6 +440,7 @@ std::optional<Error> GroomBuilder::add(CurveSet set) {
     file_.first_point.push_back(static_cast<std::uint32_t>(old_points + points));
   }
   file_.parts.push_back({set.name, strands, set.vertices.size(), words(set.kind)});
+  if (is_in_prototype()) extend_run(old_strands);
   const bool as_given = old_points == 0 && points == set.vertices.size() && set.kind.wrap != CurveWrap::periodic &&
                         *file_.basis == drawn_as(set.kind) && *file_.basis != StrandBasis::bezier;
   if (as_given) {
@@ -452,8 +467,52 @@ std::optional<Error> GroomBuilder::add(CurveSet set) {
   return std::nullopt;
 }
 
+void GroomBuilder::extend_run(std::size_t old_strands) {
+  if (!std::exchange(is_run_open_, true)) {
+    open_.back().push_back({runs_.size(), glm::dmat4(1.0)});
+    runs_.push_back({old_strands, 0, file_.parts.size() - 1, 0});
+  }
+  runs_.back().end = file_.strand_count();
+  runs_.back().end_part = file_.parts.size();
+}
+
+void GroomBuilder::begin_prototype() {
+  is_run_open_ = false;
+  open_.emplace_back();
+}
+
+std::size_t GroomBuilder::end_prototype() {
+  is_run_open_ = false;
+  prototypes_.push_back(std::move(open_.back()));
+  open_.pop_back();
+  return prototypes_.size() - 1;
+}
+
+bool GroomBuilder::can_share(const glm::dmat4& to_parent) {
+  if (is_similarity(to_parent)) return true;
+  if (!std::exchange(has_copies_, true))
+    file_.remarks.emplace_back("instances that are mirrored, or stretched unevenly, are copies of their strands");
+  return false;
+}
+
+std::optional<Error> GroomBuilder::add_instance(std::size_t prototype, const glm::dmat4& to_parent) {
+  is_run_open_ = false;
+  for (const Drawn& drawn : prototypes_[prototype]) {
+    if (++instances_ > most_instances)
+      return Error{name_, "instances", fmt::format("at most {} in a file", most_instances), "more"};
+    open_.back().push_back({drawn.run, to_parent * drawn.place});
+  }
+  return std::nullopt;
+}
+
 Result<GroomFile> GroomBuilder::finish() {
   constexpr std::size_t most_named = 5;
+  for (const Run& run : runs_)
+    file_.shared.push_back({static_cast<std::uint32_t>(run.first), static_cast<std::uint32_t>(run.end)});
+  for (const Drawn& drawn : open_.front()) file_.shared[drawn.run].places.push_back({drawn.place});
+  for (std::size_t i = 0; i < runs_.size(); ++i)
+    for (std::size_t part = runs_[i].first_part; part < runs_[i].end_part; ++part)
+      file_.parts[part].instances = file_.shared[i].places.size();
   if (file_.strand_count() > 0 && file_.broken.size() < file_.strand_count()) return std::move(file_);
   if (fault_) return *fault_;
   std::string found = file_.strand_count() > 0 ? "none that can be drawn" : "none";

@@ -55,6 +55,10 @@ std::optional<IgnoredAttribute> leave_out_broken(const std::string& set, std::si
 glm::vec3 clamped_color(glm::vec3 color, std::uint64_t* changed);
 constexpr const char* why_clamped = "they are clamped to [0, 1]";
 
+/// Whether a matrix is a rotation, a uniform scale as instances of a scene may have it, and a translation, but for the
+/// rounding of floats.
+bool is_similarity(const glm::dmat4& matrix);
+
 /// Collects the sets. Attributes with an invalid number of values, and sets whose numbers do not fit each other, are
 /// reported as ignored attributes.
 class GroomBuilder {
@@ -66,6 +70,19 @@ class GroomBuilder {
   /// broken ones. All are drawn with one basis; if sets differ, as Bezier segments. Fails if there are more points than
   /// a file may have.
   std::optional<Error> add(CurveSet set);
+
+  /// Begins a prototype: the sets that follow are in its coordinates, and are drawn only where it has an instance.
+  /// Prototypes may be in one another.
+  void begin_prototype();
+  /// Ends the one that began last. Returns its number.
+  std::size_t end_prototype();
+  bool is_in_prototype() const { return open_.size() > 1; }
+  /// Whether instances at a place can share strands: a rotation, a uniform scale > 0 and a translation. If not, a
+  /// remark says that they are copies.
+  bool can_share(const glm::dmat4& to_parent);
+  /// Draws a prototype once more, in the coordinates of the one that is open, or of the file. to_parent: that
+  /// can_share(). Fails if there are more than a groom may have.
+  std::optional<Error> add_instance(std::size_t prototype, const glm::dmat4& to_parent);
 
   /// Reports once something that no picture will show.
   void ignore(const std::string& name, const std::string& why);
@@ -88,8 +105,24 @@ class GroomBuilder {
                                          const std::string& attribute);
   void place(const CurveSet& set, std::size_t old_points, std::size_t old_strands);
 
+  /// Sets that follow each other in a prototype, by numbers of strands and parts.
+  struct Run {
+    std::size_t first, end, first_part, end_part;
+  };
+  struct Drawn {
+    std::size_t run;
+    glm::dmat4 place;
+  };
+  void extend_run(std::size_t old_strands);
+
   std::string name_;
   GroomFile file_;
+  std::vector<Run> runs_;
+  bool is_run_open_ = false;
+  std::vector<std::vector<Drawn>> open_{1};  ///< what the file draws, then the prototypes that are open
+  std::vector<std::vector<Drawn>> prototypes_;
+  std::size_t instances_ = 0;
+  bool has_copies_ = false;
   std::optional<Error> fault_;  ///< error of the first set that was left out
   std::set<std::string> ignored_;
 };

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <glm/ext/matrix_double4x4.hpp>
 #include <glm/ext/vector_double3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -23,6 +24,18 @@ struct GroomPart {
   std::uint64_t strands = 0;     ///< before any are left out
   std::uint64_t points = 0;      ///< number in the file
   std::string curve = "points";  ///< such as "cubic bspline, pinned"
+  std::uint64_t instances = 1;   ///< how often they are drawn
+};
+
+/// Strands that the file draws at several places: instances, which share them.
+struct SharedStrands {
+  std::uint32_t first = 0, end = 0;
+  /// By instance, at the moments of the shutter: from the coordinates of its points to those of the file, in its unit;
+  /// each a rotation, a uniform scale > 0 and a translation.
+  std::vector<std::vector<glm::dmat4>> places = {};
+  /// Whether the points are in the file's coordinates, where the first instance is when the shutter opens; else in
+  /// those of the prototype, without GroomFile::origin.
+  bool is_settled = false;
 };
 
 /// Data of the file that no picture will show.
@@ -39,6 +52,7 @@ constexpr float width_not_said = -1;
 struct GroomFile {
   std::string format;                      ///< "a .hair groom"
   std::vector<GroomPart> parts = {};       ///< at least one
+  std::vector<SharedStrands> shared = {};  ///< by rising `first`; other strands are drawn once
   std::optional<StrandBasis> basis = {};   ///< for all strands; unset if the file does not record it
   std::vector<std::uint32_t> first_point;  ///< strand count + 1 entries, the first 0, valid for the basis
   std::vector<glm::vec3> points;           ///< finite, within largest_coordinate
@@ -91,6 +105,8 @@ inline std::string printable(std::string name) {
 }
 /// The largest number of points or strands in a file: indices have 32 bits.
 constexpr std::uint64_t most_groom_points = 0xffffffffu;
+/// The largest number of instances in a groom.
+constexpr std::size_t most_instances = 1'000'000;
 
 /// Called with a part of a file's bytes that has been read and will hardly be read again. May be empty.
 using DoneWith = std::function<void(std::span<const unsigned char>)>;

@@ -23,6 +23,7 @@ std::span<const FormatItem> hair_items();
 std::span<const FormatItem> usc_data_items();
 std::span<const FormatItem> alembic_items();
 std::span<const FormatItem> usd_items();
+std::span<const FormatItem> usd_instancer_items();
 std::span<const FormatItem> pbrt_items();
 std::span<const FormatItem> pbrt_curve_items();
 std::span<const FormatItem> ply_items();

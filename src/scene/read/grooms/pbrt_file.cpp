@@ -11,6 +11,7 @@
 #include <glm/matrix.hpp>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -130,6 +131,17 @@ class PbrtReader {
   }
 
  private:
+  struct ObjectCurve {
+    Parameters parameters;
+    glm::dmat4 to_world;
+    std::string material;
+  };
+
+  struct Object {
+    std::vector<ObjectCurve> curves = {};
+    std::optional<std::size_t> prototype = {};  ///< its number, once it has an instance
+  };
+
   void ignore(const std::string& name, const std::string& why) { builder_.ignore(name, why); }
 
   void read_text(std::span<const unsigned char> bytes, const std::string& name, int depth) {
@@ -250,24 +262,40 @@ class PbrtReader {
     transform(glm::inverse(glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(eye, 1))), true);
   }
 
-  /// Adds the curves of an object once more. A scene may use objects many times, but no valid one expands to this many
-  /// times its bytes.
+  /// Draws an object once more. Instances share its strands; where they cannot, they are copies, which may take most
+  /// bytes so often.
   void add_instance(const std::string& name, TextCursor* text) {
-    constexpr std::size_t most_sharing = 16;
     const auto found = objects_.find(name);
     if (found == objects_.end())
       return ignore("ObjectInstance \"" + printable(name.substr(0, 64)) + "\"", "no object with curves has the name");
+    Object& object = found->second;
+    flush();
+    if (!builder_.can_share(to_world_)) {
+      for (const ObjectCurve& curve : object.curves) {
+        const auto points = curve.parameters.by_name.find("P");
+        copied_ += points == curve.parameters.by_name.end() ? 0 : points->second.numbers.size();
+      }
+      if (copied_ > most_sharing * std::max<std::size_t>(input_.bytes.size(), 1 << 16))
+        return text->fail("fewer instances that are copies", "more than the bytes allow");
+      return add_curves(object, to_world_, text);
+    }
+    if (!object.prototype) {
+      builder_.begin_prototype();
+      add_curves(object, glm::dmat4(1.0), text);
+      flush();
+      object.prototype = builder_.end_prototype();
+    }
+    if (auto error = builder_.add_instance(*object.prototype, to_world_); error && !error_) error_ = error;
+  }
+
+  void add_curves(const Object& object, const glm::dmat4& place, TextCursor* text) {
     const glm::dmat4 here = to_world_;
     const std::string material = material_;
-    for (const ObjectCurve& curve : found->second) {
-      const auto points = curve.parameters.by_name.find("P");
-      instanced_ += points == curve.parameters.by_name.end() ? 0 : points->second.numbers.size();
-      if (instanced_ > most_sharing * std::max<std::size_t>(input_.bytes.size(), 1 << 16))
-        return text->fail("fewer instances", "more than the bytes allow");
-      to_world_ = here * curve.to_world;
+    for (const ObjectCurve& curve : object.curves) {
+      if (text->error()) break;
+      to_world_ = place * curve.to_world;
       material_ = curve.material;
       add_curve(curve.parameters, text);
-      if (text->error()) break;
     }
     to_world_ = here;
     material_ = material;
@@ -314,10 +342,10 @@ class PbrtReader {
     if (text->error()) return;
     const std::string kind = p.first.empty() ? "" : printable(p.first[0]);
     if (directive == "Shape" && kind == "curve") {
-      if (!object_)
-        add_curve(p, text);
-      else
-        objects_[*object_].push_back({std::move(p), to_world_, material_});
+      if (!object_) return add_curve(p, text);
+      Object& object = objects_[*object_];
+      object.prototype.reset();
+      object.curves.push_back({std::move(p), to_world_, material_});
     } else if (const char* why = why_of(directive); *why != 0) {
       if (directive == "ColorSpace" && kind == "srgb") return;
       ignore(directive + " \"" + kind.substr(0, 32) + "\"", why);
@@ -478,12 +506,6 @@ class PbrtReader {
     bool at_start;
   };
 
-  struct ObjectCurve {
-    Parameters parameters;
-    glm::dmat4 to_world;
-    std::string material;
-  };
-
   const GroomInput& input_;
   GroomBuilder builder_;
   CurveSet pending_;
@@ -496,9 +518,9 @@ class PbrtReader {
   int includes_ = 0, materials_ = 0;
   std::map<std::string, glm::dmat4> named_systems_;
   std::optional<std::string> object_;  ///< the object that is being described
-  std::map<std::string, std::vector<ObjectCurve>> objects_;
-  std::size_t instanced_ = 0;
-  bool at_start_ = true;  ///< whether transforms are those at the opening of the shutter
+  std::map<std::string, Object> objects_;
+  std::size_t copied_ = 0;  ///< numbers of points
+  bool at_start_ = true;    ///< whether transforms are those at the opening of the shutter
 };
 
 }  // namespace

@@ -4,7 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <compare>
+#include <cstdint>
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/matrix.hpp>
+#include <iterator>
 #include <map>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
@@ -19,6 +25,9 @@ namespace {
 
 constexpr int deepest_arc = 16;
 constexpr std::uint64_t least_bytes_of_vertex = 8;
+/// Instances that cannot share strands are copies, which take more than the bytes of a file allow otherwise: so many of
+/// them, of so many vertices each.
+constexpr std::uint64_t most_copies = 4096, vertices_of_copy = 8192;
 
 constexpr const char* why_no_cards = "curves are drawn, not cards in their place";
 
@@ -56,6 +65,29 @@ constexpr FormatItem usd_table[] = {
     {"model:drawMode", why_no_cards},
 };
 
+constexpr const char* why_no_velocities = "instances go straight from one time sample to the next";
+
+/// Attributes of instancers of points, and their `inactiveIds`.
+constexpr FormatItem usd_instancer_table[] = {
+    {"prototypes", ""},
+    {"protoIndices", ""},
+    {"positions", ""},
+    {"orientations", ""},
+    {"orientationsf", ""},
+    {"scales", ""},
+    {"ids", ""},
+    {"invisibleIds", ""},
+    {"inactiveIds", ""},
+    {"visibility", ""},
+    {"purpose", ""},
+    {"extent", ""},
+    {"colorSpace:name", ""},
+    {"velocities", why_no_velocities},
+    {"accelerations", why_no_velocities},
+    {"angularVelocities", why_no_velocities},
+    {"model:drawMode", why_no_cards},
+};
+
 /// Types of prims that do not affect the picture themselves.
 constexpr std::string_view quiet_types[] = {"",         "Xform",      "Scope",    "Material", "Shader",     "NodeGraph",
                                             "SkelRoot", "GeomSubset", "Skeleton", "Camera",   "BasisCurves"};
@@ -67,16 +99,19 @@ bool is_binding(std::string_view name) { return name.starts_with("material:bindi
 bool is_of_transform(std::string_view name) { return name.starts_with("xformOp:") || name == "xformOpOrder"; }
 
 UsdNumbers usd_numbers_of(std::string_view name) {
-  const bool is_id = name.ends_with("id") || name.ends_with("ids") || name.ends_with(":indices");
+  const bool is_id =
+      name.ends_with("id") || name.ends_with("ids") || name.ends_with("Ids") || name.ends_with(":indices");
+  if (name.starts_with("xformOp:orient") || name.starts_with("orientations")) return UsdNumbers::quaternions;
   if (is_of_transform(name) || is_id) return UsdNumbers::doubles;
-  const bool is_vector = name == "points" || name == "normals" || name == "primvars:normals" || name == "velocities";
+  const bool is_vector = name == "points" || name == "normals" || name == "primvars:normals" || name == "velocities" ||
+                         name == "positions" || name == "scales";
   return is_vector || name == "primvars:displayColor" ? UsdNumbers::triples : UsdNumbers::floats;
 }
 
 /// Whether the value is constant after each time sample, not interpolated.
 bool is_held(std::string_view name) {
   return name == "curveVertexCounts" || name == "visibility" || name.ends_with(":indices") || name.ends_with("id") ||
-         name.ends_with("ids") || name == "velocities";
+         name.ends_with("ids") || name.ends_with("Ids") || name == "protoIndices" || name == "velocities";
 }
 
 class UsdReader {
@@ -111,13 +146,23 @@ class UsdReader {
     std::string purpose = "default";  ///< from the nearest prim that sets one
     int depth = 0, arcs = 0;
     bool has_material = false;  ///< whether this prim or one above is bound to a material
-    bool is_in_curves = false;
+    bool is_in_curves = false, is_in_prototype = false;
     /// Primvars of prims above that have a single value.
     std::map<std::string, const UsdAttribute*, std::less<>> primvars = {};
   };
 
   /// The places in the layer that have opinions on one prim, the strongest first.
   using Opinions = std::vector<const UsdPrim*>;
+
+  /// All that decides the strands of prims, besides their transform. Those that are alike share them.
+  struct Alike {
+    Opinions opinions;
+    std::string type, purpose;
+    std::map<std::string, const UsdAttribute*, std::less<>> primvars;
+    bool has_transform = false;  ///< whether its strands have one of the prims' own
+
+    auto operator<=>(const Alike&) const = default;
+  };
 
   bool failed() const { return layer_->error().has_value() || error_.has_value(); }
 
@@ -200,29 +245,86 @@ class UsdReader {
   }
 
   void visit(const Opinions& direct, Place here) {
-    if (failed()) return;
-    if (++here.depth > deepest_prim || ++visited_ > most_sharing * (layer_->prims + 64)) {
-      error_ = Error{name_, here.path.substr(0, 256),
+    const bool is_defined = std::ranges::any_of(direct, &UsdPrim::is_defined);
+    const Opinions prims = enter(direct, is_defined, &here);
+    if (prims.empty()) return;
+    // What it refers to is all that decides its strands, unless it has children or attributes of its own.
+    const std::string type = type_of(prims);
+    const auto decides_strands = [&](const UsdPrim* prim) { return decides(prim, type); };
+    Opinions others;
+    std::ranges::copy_if(prims, std::back_inserter(others), decides_strands);
+    if (others.empty() || std::ranges::any_of(direct, decides_strands)) return draw(prims, std::move(here));
+    Alike alike{std::move(others), type, here.purpose, here.primvars};
+    share(prims, std::move(here), glm::dmat4(1.0), std::move(alike));
+  }
+
+  static std::string type_of(const Opinions& prims) {
+    const auto typed = std::ranges::find_if(prims, [](const UsdPrim* prim) { return !prim->type.empty(); });
+    return typed == prims.end() ? "" : (*typed)->type;
+  }
+
+  /// Whether an opinion on a prim of this type has children, or attributes that matter besides its place.
+  static bool decides(const UsdPrim* prim, std::string_view type) {
+    const bool is_drawn = type == "BasisCurves" || type == "PointInstancer";
+    return !prim->children.empty() || !prim->prototypes.empty() ||
+           std::ranges::any_of(prim->attributes, [&](const auto& one) {
+             const std::string& name = one.first;
+             if (is_of_transform(name) || is_binding(name) || name == "visibility" || name == "purpose") return false;
+             return is_drawn || name.starts_with("primvars:") || name == "model:drawMode" || name == "colorSpace:name";
+           });
+  }
+
+  /// Takes the transform and the state of a prim. Returns all opinions on it, or none if it is not drawn.
+  Opinions enter(const Opinions& direct, bool is_defined, Place* here) {
+    if (failed()) return {};
+    if (++here->depth > deepest_prim || ++visited_ > most_sharing * (layer_->prims + 64 + copies_)) {
+      error_ = Error{name_, here->path.substr(0, 256),
                      fmt::format("at most {} prims in one another, and {} times those of the layer in all",
                                  deepest_prim, most_sharing),
                      "more"};
-      return;
+      return {};
     }
-    const Opinions prims = with_arcs(direct, &here);
-    const bool is_defined = std::ranges::any_of(direct, &UsdPrim::is_defined);
+    Opinions prims = with_arcs(direct, here);
     const auto active = std::ranges::find_if(prims, [](const UsdPrim* prim) { return prim->is_active.has_value(); });
-    if (!is_defined || (active != prims.end() && !*(*active)->is_active)) return;
-    std::string type;
-    for (const UsdPrim* prim : prims)
-      if (type.empty()) type = prim->type;
-    if (type == "PointInstancer") return builder_.ignore(type + " " + here.path, "instances of points are not made");
-    if (!place(prims, &here)) return;
-    if (word_of(prims, "visibility", "inherited") == "invisible") return builder_.ignore(here.path, "it is invisible");
-    here.purpose = word_of(prims, "purpose", here.purpose.c_str());
-    const std::string mode = word_of(prims, "model:drawMode", "default");
+    if (!is_defined || (active != prims.end() && !*(*active)->is_active) || !place(prims, here)) return {};
+    here->purpose = word_of(prims, "purpose", here->purpose.c_str());
+    if (word_of(prims, "visibility", "inherited") != "invisible") return prims;
+    builder_.ignore(here->path, "it is invisible");
+    return {};
+  }
+
+  /// Draws prims, as an instance of those that are alike. within: a transform of their own before that of the place.
+  void share(const Opinions& prims, Place here, const glm::dmat4& within, Alike alike) {
+    constexpr std::size_t is_open = SIZE_MAX;
+    const glm::dmat4 to_file = std::exchange(here.to_file, here.to_file * within);
+    builder_.file().is_animated = builder_.file().is_animated || animated_;
+    const auto [found, is_new] = prototypes_.try_emplace(std::move(alike));
+    std::optional<std::size_t>& prototype = found->second;
+    const bool shares = is_new ? is_similarity(to_file) : builder_.can_share(to_file);
+    if (failed() || !shares || prototype == is_open) {
+      if (!is_new && copies_ < most_copies) {
+        ++copies_;
+        most_vertices_ += vertices_of_copy;
+      }
+      return draw(prims, std::move(here));
+    }
+    if (!prototype) {
+      prototype = is_open;
+      builder_.begin_prototype();
+      here.to_file = within;
+      here.is_in_prototype = true;
+      draw(prims, std::move(here));
+      prototype = builder_.end_prototype();
+    }
+    if (auto error = builder_.add_instance(*prototype, to_file); error && !failed()) error_ = error;
+  }
+
+  void draw(const Opinions& prims, Place here) {
+    const std::string type = type_of(prims), mode = word_of(prims, "model:drawMode", "default");
     if (mode != "default" && mode != "inherited") builder_.ignore(here.path + ": model:drawMode", why_no_cards);
     if (const std::string space = word_of(prims, "colorSpace:name", ""); !is_taken_space(space))
       builder_.ignore(here.path + ": colorSpace:name " + printable(space.substr(0, 64)), why_one_space);
+    if (type == "PointInstancer") return instance_points(prims, here);
     const bool is_bound = std::ranges::any_of(prims, [](const UsdPrim* prim) {
       return std::ranges::any_of(prim->attributes, [](const auto& one) { return is_binding(one.first); });
     });
@@ -245,6 +347,104 @@ class UsdReader {
     visit_children(prims, here);
   }
 
+  /// The opinions on a prototype of an instancer: below it, or elsewhere in the layer.
+  Opinions prototype_at(const std::string& path, const Opinions& instancer, Place here) {
+    const std::string above = here.path + "/";
+    Opinions at;
+    if (!path.starts_with(above)) {
+      if (const UsdPrim* prim = prim_at(path)) at.push_back(prim);
+      return at;
+    }
+    at = instancer;
+    for (std::string_view left = std::string_view(path).substr(above.size()); !left.empty();) {
+      const std::string_view name = left.substr(0, left.find('/'));
+      left.remove_prefix(std::min(left.size(), name.size() + 1));
+      Opinions below;
+      for (const UsdPrim* prim : at)
+        if (const UsdPrim* child = prim->child(name)) below.push_back(child);
+      at = left.empty() ? below : with_arcs(below, &here);
+    }
+    return at;
+  }
+
+  /// Draws the instances of an instancer. Other prims below it are not drawn.
+  void instance_points(const Opinions& prims, const Place& here) {
+    const auto fail = [&](const std::string& attribute, std::string expected, std::string found) {
+      if (!failed()) error_ = Error{name_, here.path + "." + attribute, std::move(expected), std::move(found)};
+    };
+    name_what_is_left_of_instancer(prims, here);
+    const std::vector<float> indices = value_of(prims, "protoIndices").numbers;
+    const std::vector<glm::vec3> positions = value_of(prims, "positions").triples,
+                                 scales = value_of(prims, "scales").triples;
+    const bool has_floats = find(prims, "orientationsf") != nullptr;
+    const std::vector<double> turns = value_of(prims, has_floats ? "orientationsf" : "orientations").precise,
+                              ids = value_of(prims, "ids").precise;
+    std::set<double> hidden;
+    for (const char* name : {"invisibleIds", "inactiveIds"})
+      for (const double id : value_of(prims, name).precise) hidden.insert(id);
+    const auto check = [&](const char* name, std::size_t found, std::size_t numbers, bool is_needed) {
+      if (found != numbers * indices.size() && (found > 0 || is_needed))
+        fail(name, fmt::format("{}, as many as protoIndices", numbers * indices.size()), fmt::format("{}", found));
+    };
+    check("positions", positions.size(), 1, true);
+    check("scales", scales.size(), 1, false);
+    check(has_floats ? "orientationsf" : "orientations", turns.size(), 4, false);
+    check("ids", ids.size(), 1, false);
+    if (indices.empty()) builder_.ignore(here.path, "it has no instances");
+    std::vector<std::string> targets;
+    for (const UsdPrim* prim : prims)
+      if (targets.empty()) targets = prim->prototypes;
+    std::vector<std::pair<Opinions, Place>> prototypes;
+    for (const std::string& target : targets) {
+      const Opinions direct = prototype_at(target, prims, here);
+      if (direct.empty())
+        builder_.ignore(here.path + ": prototypes",
+                        "what it refers to is not there: " + printable(target.substr(0, 128)));
+      Place inside = here;
+      inside.path = target;
+      inside.to_file = glm::dmat4(1.0);
+      inside.is_in_prototype = true;
+      Opinions all = direct.empty() ? Opinions() : enter(direct, true, &inside);
+      prototypes.emplace_back(std::move(all), std::move(inside));
+    }
+    std::size_t flat = 0;
+    for (std::size_t i = 0; i < indices.size() && !failed(); ++i) {
+      if (!(indices[i] >= 0 && indices[i] < static_cast<float>(prototypes.size())))
+        return fail("protoIndices", fmt::format("numbers of the {} prototypes, from 0", prototypes.size()),
+                    fmt::format("{:g} at {}", indices[i], i));
+      const auto& [its, inside] = prototypes[static_cast<std::size_t>(indices[i])];
+      if (its.empty() || hidden.contains(ids.empty() ? static_cast<double>(i) : ids[i])) continue;
+      glm::dmat4 to_instancer = glm::translate(glm::dmat4(1.0), glm::dvec3(positions[i]));
+      if (!turns.empty()) to_instancer = to_instancer * usd_rotation(&turns[4 * i]);
+      if (!scales.empty()) to_instancer = glm::scale(to_instancer, glm::dvec3(scales[i]));
+      if (glm::determinant(to_instancer) == 0) {
+        ++flat;
+        continue;
+      }
+      // Where a prototype is itself stretched, its strands have that transform; else they rest where it moves.
+      const bool is_stretched = !is_similarity(inside.to_file);
+      Place at = inside;
+      at.to_file = here.to_file * (is_stretched ? to_instancer : to_instancer * inside.to_file);
+      share(its, std::move(at), is_stretched ? inside.to_file : glm::dmat4(1.0),
+            {its, type_of(its), inside.purpose, inside.primvars, is_stretched});
+    }
+    if (flat > 0)
+      builder_.ignore(fmt::format("{}: {} of {} instances", here.path, flat, indices.size()), "their scale is 0");
+    if (targets.empty()) builder_.ignore(here.path, "it has no prototypes");
+  }
+
+  void name_what_is_left_of_instancer(const Opinions& prims, const Place& here) {
+    for (const UsdPrim* prim : prims)
+      for (const auto& [name, attribute] : prim->attributes) {
+        if (name.starts_with("userProperties:") || is_binding(name) || is_of_transform(name)) continue;
+        const char* why = name.starts_with("primvars:") ? "instances have the attributes of their prototype"
+                                                        : why_not_used(usd_instancer_table, name);
+        if (*why != 0) builder_.ignore(fmt::format("{}: {}", here.path, name.substr(0, 128)), why);
+      }
+    if (find(prims, "orientationsf") && find(prims, "orientations"))
+      builder_.ignore(here.path + ": orientations", "orientationsf is in its place");
+  }
+
   bool place(const Opinions& prims, Place* here) {
     std::map<std::string, UsdValue, std::less<>> transforms;
     for (const UsdPrim* prim : prims)
@@ -256,7 +456,10 @@ class UsdReader {
                      transform.fault.substr(0, 64)};
     if (!transform.missing.empty())
       builder_.ignore(here->path + ": " + printable(transform.missing.substr(0, 64)), "it has no value");
-    here->to_file = transform.resets ? transform.to_parent : here->to_file * transform.to_parent;
+    const bool resets = transform.resets && !here->is_in_prototype;
+    if (transform.resets && !resets)
+      builder_.ignore(here->path + ": !resetXformStack!", "an instance moves all that is in it");
+    here->to_file = resets ? transform.to_parent : here->to_file * transform.to_parent;
     return !failed();
   }
 
@@ -459,15 +662,17 @@ class UsdReader {
   GroomBuilder builder_;
   UsdPrim root_;
   std::optional<Error> error_;
-  std::optional<double> frame_;  ///< unset: the first time samples
-  std::string attribute_;        ///< the attribute that is read for the color
-  std::uint64_t visited_ = 0, vertices_ = 0, most_vertices_;
+  std::optional<double> frame_;                             ///< unset: the first time samples
+  std::string attribute_;                                   ///< the attribute that is read for the color
+  std::map<Alike, std::optional<std::size_t>> prototypes_;  ///< their numbers, once they are read
+  std::uint64_t visited_ = 0, vertices_ = 0, most_vertices_, copies_ = 0;
   bool animated_ = false;  ///< whether anything so far was animated
 };
 
 }  // namespace
 
 std::span<const FormatItem> usd_items() { return usd_table; }
+std::span<const FormatItem> usd_instancer_items() { return usd_instancer_table; }
 
 Result<GroomFile> read_usda(const GroomInput& input) {
   return UsdReader(input, "a USD text", usda_layer(input)).read();

@@ -11,7 +11,7 @@ namespace tress::scene {
 namespace {
 
 /// Adds to numbers a share of the way to those after them; false if their counts differ.
-bool meet(const UsdValue& after, float share, UsdValue* value) {
+bool meet(UsdValue after, float share, bool are_quaternions, UsdValue* value) {
   const auto add = [&](auto& numbers, const auto& later) {
     using Number = std::remove_cvref_t<decltype(numbers[0])>;
     constexpr bool is_double = std::is_same_v<Number, double>;
@@ -21,6 +21,11 @@ bool meet(const UsdValue& after, float share, UsdValue* value) {
   if (value->numbers.size() != after.numbers.size() || value->precise.size() != after.precise.size() ||
       value->triples.size() != after.triples.size())
     return false;
+  for (std::size_t q = 0; are_quaternions && q + 3 < after.precise.size(); q += 4) {  // both signs are one rotation
+    double cosine = 0;
+    for (std::size_t i = q; i < q + 4; ++i) cosine += after.precise[i] * value->precise[i];
+    for (std::size_t i = q; i < q + 4 && cosine < 0; ++i) after.precise[i] = -after.precise[i];
+  }
   add(value->numbers, after.numbers);
   add(value->precise, after.precise);
   add(value->triples, after.triples);
@@ -58,6 +63,8 @@ UsdValue UsdLayer::value_of(const UsdAttribute& attribute, UsdNumbers kept_as, s
                             bool is_held) {
   if (attribute.layer != nullptr && attribute.layer != this)
     return attribute.layer->value_of(attribute, kept_as, frame, is_held);
+  const bool are_quaternions = kept_as == UsdNumbers::quaternions;
+  if (are_quaternions) kept_as = UsdNumbers::doubles;
   UsdValue value;
   if (error() || (!attribute.samples && !attribute.value)) return value;
   if (!attribute.samples) {
@@ -72,10 +79,10 @@ UsdValue UsdLayer::value_of(const UsdAttribute& attribute, UsdNumbers kept_as, s
     }
     if (const UsdSample* only = from ? from : to) value = this->value(only->at, kept_as);
     const bool is_on_sample = from && frame && *frame == from->time;
-    const bool is_met =
-        is_on_sample || (from && to && !is_held &&
-                         meet(this->value(to->at, kept_as),
-                              static_cast<float>((*frame - from->time) / (to->time - from->time)), &value));
+    const bool is_met = is_on_sample || (from && to && !is_held &&
+                                         meet(this->value(to->at, kept_as),
+                                              static_cast<float>((*frame - from->time) / (to->time - from->time)),
+                                              are_quaternions, &value));
     if (from && frame && !is_met) value.held_since = from->time;
     value.is_animated = all.size() > 1;
   }

@@ -39,6 +39,7 @@ struct UsdPrim {
   /// Paths of prims with weaker opinions. Of another layer, where those are followed: "@file@/path", or "@file@" for
   /// its default prim.
   std::vector<std::string> arcs = {};
+  std::vector<std::string> prototypes = {};  ///< paths of an instancer's
   std::map<std::string, UsdAttribute, std::less<>> attributes = {};
   std::vector<UsdPrim> children = {};
 

@@ -27,16 +27,6 @@ glm::dmat4 rotation(const std::string& axes, const std::vector<double>& degrees)
   return turn;
 }
 
-glm::dmat4 of_quaternion(const std::vector<double>& q) {
-  const double size = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  if (!(size > 0)) return glm::dmat4(1.0);
-  const double w = q[0] / size, x = q[1] / size, y = q[2] / size, z = q[3] / size;
-  return {{1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y), 0},
-          {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x), 0},
-          {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y), 0},
-          {0, 0, 0, 1}};
-}
-
 /// Applies one operation such as "translate" with its numbers; false if it is unknown or has the wrong numbers.
 bool operation(const std::string& kind, const std::vector<double>& n, glm::dmat4* out) {
   const bool moves = kind.starts_with("translate");
@@ -49,7 +39,7 @@ bool operation(const std::string& kind, const std::vector<double>& n, glm::dmat4
       if (!is_one || i == axis[0] - 'X') by[i] = n[is_one ? 0 : static_cast<std::size_t>(i)];
     *out = moves ? glm::translate(glm::dmat4(1.0), by) : glm::scale(glm::dmat4(1.0), by);
   } else if (kind == "orient" && n.size() == 4) {
-    *out = of_quaternion(n);
+    *out = usd_rotation(n.data());
   } else if (kind == "transform" && n.size() == 16) {
     for (int c = 0; c < 4; ++c)
       for (int r = 0; r < 4; ++r) (*out)[c][r] = n[static_cast<std::size_t>(4 * c + r)];
@@ -65,6 +55,16 @@ bool operation(const std::string& kind, const std::vector<double>& n, glm::dmat4
 }
 
 }  // namespace
+
+glm::dmat4 usd_rotation(const double* q) {
+  const double size = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  if (!(size > 0)) return glm::dmat4(1.0);
+  const double w = q[0] / size, x = q[1] / size, y = q[2] / size, z = q[3] / size;
+  return {{1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y), 0},
+          {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x), 0},
+          {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y), 0},
+          {0, 0, 0, 1}};
+}
 
 UsdTransform usd_transform(const std::map<std::string, UsdValue, std::less<>>& attributes) {
   UsdTransform transform;

@@ -30,8 +30,8 @@ struct UsdValue {
   std::optional<double> held_since = {};
 };
 
-/// The form in which the numbers of a value are kept.
-enum class UsdNumbers : std::uint8_t { floats, doubles, triples };
+/// The form in which the numbers of a value are kept. Quaternions are doubles, between samples on the shorter way.
+enum class UsdNumbers : std::uint8_t { floats, doubles, triples, quaternions };
 
 /// A transform, for column vectors.
 struct UsdTransform {
@@ -40,6 +40,9 @@ struct UsdTransform {
   std::string fault = {};    ///< an operation that is unknown or has the wrong numbers
   std::string missing = {};  ///< one that has no value
 };
+
+/// The rotation of a quaternion, real part first, of any length; none for 0.
+glm::dmat4 usd_rotation(const double* quaternion);
 
 /// The transform of a prim from its xformOpOrder and the operations that it names.
 UsdTransform usd_transform(const std::map<std::string, UsdValue, std::less<>>& attributes);

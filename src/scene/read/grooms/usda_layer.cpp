@@ -164,8 +164,9 @@ class UsdaLayer final : public UsdLayer {
         prim.is_active = text_.peek_word() != "false" && text_.peek_word() != "0";
         text_.word();
       } else if (is_usd_arc(key)) {
-        read_arcs(key, &prim);
+        read_arcs(key, prim.name, &prim.arcs);
       } else {
+        if (key == "inactiveIds") prim.attributes[key] = {.layer = this, .value = text_.at()};
         if (is_usd_clip(key)) ignored.push_back({prim.name + ": " + key, why_no_clips});
         text_.skip_value();
       }
@@ -176,15 +177,15 @@ class UsdaLayer final : public UsdLayer {
   }
 
   /// Reads </Path>, [</Path>, @file@</Path>] or None.
-  void read_arcs(const std::string& key, UsdPrim* prim) {
+  void read_arcs(const std::string& key, const std::string& prim, std::vector<std::string>* arcs) {
     const bool is_list = text_.take('[');
     while (!text_.error() && !(is_list && text_.take(']'))) {
       if (text_.peek() == '@' && !follows) return text_.fail(flat_stage, key + " of another file");
       std::string file;
       if (text_.take('@')) file = fmt::format("@{}@", text_.until('@'));
       if (const bool has_path = text_.take('<'); has_path || !file.empty()) {
-        prim->arcs.push_back(file + std::string(has_path ? text_.until('>') : ""));
-        read_offset(prim->name);
+        arcs->push_back(file + std::string(has_path ? text_.until('>') : ""));
+        read_offset(prim);
       } else {
         text_.skip_value();
       }
@@ -231,6 +232,7 @@ class UsdaLayer final : public UsdLayer {
     }
     if (samples) name.resize(name.size() - 12);
     const bool has_value = text_.take('=');
+    if (is_relation && name == "prototypes" && has_value) return read_arcs(name, prim->name, &prim->prototypes);
     const std::size_t at = text_.at();
     if (has_value) text_.skip_value();
     std::string color_space;

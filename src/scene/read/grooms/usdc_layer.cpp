@@ -39,8 +39,8 @@ struct ValueRep {
   std::uint64_t payload() const { return bits & ((std::uint64_t{1} << 48) - 1); }
 };
 
-constexpr std::uint8_t path_list_op = 34, reference_list_op = 35, time_samples = 46, payload_value = 47,
-                       value_block = 51, payload_list_op = 55;
+constexpr std::uint8_t path_list_op = 34, reference_list_op = 35, i64_list_op = 37, time_samples = 46,
+                       payload_value = 47, value_block = 51, payload_list_op = 55;
 
 /// The types of values that are read, by their codes in a crate.
 struct ValueType {
@@ -142,6 +142,14 @@ class UsdcLayer final : public UsdLayer {
   UsdValue value(std::uint64_t at, UsdNumbers kept_as) override {
     UsdValue value;
     const ValueRep rep{at};
+    if (rep.type() == i64_list_op && !error()) {
+      cursor_.go_to(rep.payload(), "a list of numbers");
+      for_list(sizeof(std::int64_t), [&](bool is_used) {
+        const auto number = static_cast<double>(cursor_.number<std::int64_t>());
+        if (is_used) value.precise.push_back(number);
+      });
+      return value;
+    }
     const auto type = std::ranges::find(types, rep.type(), &ValueType::code);
     if (type == std::end(types)) {
       value.not_read = fmt::format("values of the crate's type {} are not read", rep.type());
@@ -339,6 +347,8 @@ class UsdcLayer final : public UsdLayer {
         cursor_.fail_at(path_of(number), flat_stage, std::string(key));
       } else if (is_usd_arc(key)) {
         read_arcs(number, key, ValueRep{rep}, &prim.arcs);
+      } else if (key == "inactiveIds") {
+        prim.attributes[std::string(key)] = {.layer = this, .value = rep};
       } else if (is_usd_clip(key)) {
         ignored.push_back({prim.name + ": " + std::string(key), why_no_clips});
       } else if (path.type == SpecType::stage && UsdStage::has(key)) {
@@ -381,7 +391,12 @@ class UsdcLayer final : public UsdLayer {
     const std::string name = printable(std::string(token(path.token)));
     UsdAttribute& attribute = prim->attributes[name];
     attribute.layer = this;
-    if (path.type == SpecType::relation) return;
+    if (path.type == SpecType::relation) {
+      for_fields(path, [&](std::string_view key, std::uint64_t rep) {
+        if (name == "prototypes" && key == "targetPaths") read_arcs(number, key, ValueRep{rep}, &prim->prototypes);
+      });
+      return;
+    }
     for_fields(path, [&](std::string_view key, std::uint64_t rep) {
       if (key == "default") attribute.value = rep;
       if (key == "timeSamples") attribute.samples = rep;
@@ -431,14 +446,20 @@ class UsdcLayer final : public UsdLayer {
       hold_text(arc_bytes_ += arcs->back().size());
     };
     if (type == payload_value) return read_one(true);
+    for_list(sizeof(std::uint32_t), read_one);
+  }
+
+  /// Calls read(is_used) for each item of a list with edits, which reads it. Those that are deleted, or only ordered,
+  /// are not used.
+  template <class Read>
+  void for_list(std::uint64_t bytes_each, const Read& read) {
     const auto lists = cursor_.number<std::uint8_t>();
     // In the file's order, with the bit that says that it is there: explicit, added, prepended, appended, deleted,
     // ordered.
     static constexpr unsigned bits[] = {2, 4, 32, 64, 8, 16};
     for (const unsigned bit : bits) {
       if (!(lists & bit)) continue;
-      for (std::uint64_t left = cursor_.count(sizeof(std::uint32_t)); left > 0 && !error(); --left)
-        read_one(bit != 8 && bit != 16);
+      for (std::uint64_t left = cursor_.count(bytes_each); left > 0 && !error(); --left) read(bit != 8 && bit != 16);
     }
   }
 

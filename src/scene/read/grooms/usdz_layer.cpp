@@ -112,6 +112,7 @@ class UsdzLayer final : public UsdLayer {
     strong->is_defined = strong->is_defined || weak.is_defined;
     if (!strong->is_active) strong->is_active = weak.is_active;
     strong->arcs.insert(strong->arcs.end(), weak.arcs.begin(), weak.arcs.end());
+    if (strong->prototypes.empty()) strong->prototypes = std::move(weak.prototypes);
     for (auto& [name, attribute] : weak.attributes) {
       const auto [found, is_new] = strong->attributes.try_emplace(name, attribute);
       UsdAttribute& own = found->second;
@@ -131,6 +132,7 @@ class UsdzLayer final : public UsdLayer {
 
   /// Makes paths of the one tree of what the prims of a layer refer to.
   void settle(UsdPrim* prim, const std::string& layer, const std::string& at) {
+    for (std::string& path : prim->prototypes) path = at + path;
     for (std::string& arc : prim->arcs) {
       if (!arc.starts_with('@')) {
         arc = at + arc;
