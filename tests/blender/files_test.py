@@ -228,6 +228,21 @@ class Keys(unittest.TestCase):
         self.assertAlmostEqual(math.pi * 1.0 * flux["radiance"][0], 40.0, places=9)
         self.assertEqual((card["width_cm"], card["height_cm"]), (200, 50))
 
+    def test_a_link_is_of_the_members_of_a_collection_by_their_states(self):
+        def collection(objects=(), children=()):
+            states = lambda pairs: [SimpleNamespace(light_linking=SimpleNamespace(link_state=state)) for _, state in pairs]
+            return SimpleNamespace(objects=[ob for ob, _ in objects], collection_objects=states(objects),
+                                   children=[child for child, _ in children], collection_children=states(children))
+        names = {"ball": ["ball", "ball.fur"], "head": ["head"], "lock": ["lock"]}
+        of = lambda *them: scene_keys.link(collection(*them), lambda ob: names.get(ob, []))
+        self.assertEqual(of([("ball", "INCLUDE"), ("lock", "INCLUDE")]), {"include": ["ball", "ball.fur", "lock"]})
+        self.assertEqual(of([("ball", "EXCLUDE")]), {"exclude": ["ball", "ball.fur"]})
+        self.assertEqual(of([("head", "EXCLUDE"), ("lock", "INCLUDE")]), {"include": ["lock"]})
+        inner = collection([("head", "INCLUDE"), ("lock", "INCLUDE")])
+        self.assertEqual(of([("lock", "INCLUDE")], [(inner, "EXCLUDE")]), {"include": []})
+        self.assertEqual(of([("camera", "INCLUDE")]), {"include": []})
+        self.assertIsNone(of([]))
+
     def test_what_has_no_counterpart_is_said_once(self):
         warnings = scene_keys.Warnings()
         for _ in range(2):

@@ -23,7 +23,8 @@ class Export:
         self.keys = {"image": {"width": self.width, "height": self.height, "samples": samples},
                      "lights": [], "meshes": [], "materials": [], "grooms": []}
         self._materials = {}  # by name: its keys, the socket of its color where that varies
-        self._names = set()
+        self._names = {}  # of grooms and meshes: the object that each is of
+        self._links = []  # keys of a light, and its links where Blender has them
 
     def run(self, camera=None, shift_x=None):
         scene = self.depsgraph.scene_eval
@@ -33,6 +34,10 @@ class Export:
         self.keys["environment"] = nodes.environment(scene.world, self.folder, self.warnings)
         for instance in self.depsgraph.object_instances:
             self._object(instance)
+        for keys, linking in self._links:
+            for key, collection in (("light_link", linking.receiver_collection), ("shadow_link", linking.blocker_collection)):
+                found = scene_keys.link(collection, self._names_of) if collection is not None else None
+                keys.update({key: found} if found else {})
         if not self.keys["grooms"]:
             raise ValueError("no hair in this scene: tress renders hair curves and particle hair")
         path = os.path.join(self.folder, "scene.json")
@@ -99,6 +104,8 @@ class Export:
         if instance.show_self:
             if ob.type == "LIGHT":
                 self._light(ob.name, ob.data, matrix)
+                if hasattr(ob, "light_linking"):  # from 4.0 on
+                    self._links.append((self.keys["lights"][-1], ob.original.light_linking))
             elif ob.type == "CURVES":
                 self._curves(ob, matrix)
             elif ob.type in MESHES:
@@ -110,12 +117,15 @@ class Export:
                 if modifier.type == "PARTICLE_SYSTEM" and modifier.show_render:
                     self._particles(ob, matrix, modifier)
 
-    def _free_name(self, name):
+    def _names_of(self, ob):
+        return [name for name, of in self._names.items() if of == ob]
+
+    def _free_name(self, ob, name):
         free, number = name, 1
         while free in self._names:
             number += 1
             free = f"{name} {number}"
-        self._names.add(free)
+        self._names[free] = ob.original
         return free
 
     def _file(self, name, ending):
@@ -161,7 +171,7 @@ class Export:
             widths = np.full_like(widths, 0.008)
         path = self._file(name, "hair")
         files.write_hair(path, lengths, points * self.cm, widths, colors)
-        keys = {"name": self._free_name(name), "file": os.path.basename(path), "material": material, "up": "z",
+        keys = {"name": self._free_name(ob, name), "file": os.path.basename(path), "material": material, "up": "z",
                 "cm_per_unit": 1.0, "basis": "clamped_catmull_rom"}  # as the viewport and Cycles draw it
         self.keys["grooms"].append(keys | hidden_from(ob))
 
@@ -255,7 +265,7 @@ class Export:
             path = self._file(ob.name, "obj")
             files.write_obj(path, positions[used], index.reshape(-1, 3), normals[here].reshape(-1, 3),
                             None if uvs is None else uvs[here].reshape(-1, 2))
-            keys = {"name": self._free_name(ob.name), "file": os.path.basename(path)}
+            keys = {"name": self._free_name(ob, ob.name), "file": os.path.basename(path)}
             keys.update(nodes.surface_material(material, self.folder, self.warnings))
             if "albedo_file" in keys and uvs is None:
                 self.warnings(f"{ob.name}: no texture coordinates, grey in place of its picture")
