@@ -18,7 +18,8 @@ glm::vec3 color_of(const std::vector<double>& x) { return glm::vec3(float(x[0]),
 void add_appearance(CLI::App* app, scene::Overrides& o) {
   auto* color = add_numbers(
       app, "--color", 3, 3, [&o](const auto& x) { o.color = color_of(x); },
-      "color R,G,B, linear, that a dense lock of the hair shows in even light");
+      "color R,G,B, linear, that a dense lock of the hair shows in even light, or a ramp of them as in a scene file",
+      [&o](const std::string& json) { o.color_source = json; });
   auto* melanin = add_numbers(
       app, "--melanin", 1, 2, [&o](const auto& x) { o.melanin = {float(x[0]), x.size() > 1 ? float(x[1]) : 0.0f}; },
       "concentrations: eumelanin[,pheomelanin]");

@@ -9,6 +9,8 @@
 #include <string>
 
 #include "scene/model/parameters.h"
+#include "scene/read/source_reader.h"
+#include "tress/fiber/lock_color.h"
 #include "tress/fiber/parameters.h"
 
 namespace tress::cli {
@@ -39,6 +41,7 @@ constexpr Knob knobs[] = {
      },
      [](scene::Overrides& o, double x) {
        o.color.reset();
+       o.color_source.reset();
        o.sigma_a.reset();
        o.hair.reset();
        o.melanin = {float(x), o.melanin ? o.melanin->second : 0.0f};
@@ -76,12 +79,45 @@ std::vector<Slider> sliders_of(const RenderSettings& settings, const scene::Scen
   return sliders;
 }
 
+live::RenderServer::Json color_of(const scene::Scene& scene) {
+  using Json = live::RenderServer::Json;
+  if (scene.materials.empty()) return {};
+  const scene::Material& material = scene.materials.front();
+  const auto shown = [&](const glm::vec3& sigma_a) {
+    Json color = Json::array();
+    for (int c = 0; c < 3; ++c) {
+      double least = 0.001, most = 0.999;  // a color falls as its absorption rises
+      for (int halving = 0; halving < 20; ++halving) {
+        const double middle = (least + most) / 2;
+        const bool is_darker = sigma_a_of_lock(glm::vec3(float(middle)), material.fiber)[c] > sigma_a[c];
+        (is_darker ? least : most) = middle;
+      }
+      color.push_back(to_step(most));
+    }
+    return color;
+  };
+  if (!material.pigment) return shown(material.fiber.sigma_a);
+  const scene::Source& source = material.pigment->source;
+  const auto at = [&](float share) {
+    return shown(material.pigment->sigma_a(source.at({.share = share}), material.fiber));
+  };
+  if (source.kind != scene::Source::Kind::ramp || source.along != scene::Source::Along::share) return at(0.5f);
+  Json stops = Json::array();
+  for (const float place : source.places) stops.push_back({to_step(place), at(place)});
+  return {{"ramp", stops}, {"interpolation", source.is_smooth ? "smooth" : "linear"}};
+}
+
+std::string fault_of_color(const std::string& json) {
+  const auto source = scene::parse_color(json);
+  return source ? std::string() : source.error().message();
+}
+
 RenderSettings with_look(const RenderSettings& settings, const live::RenderServer::Look& look) {
   RenderSettings changed = settings;
   std::string words;
   for (const Knob& knob : knobs) {
-    const auto moved = look.find(knob.name);
-    if (moved == look.end()) continue;
+    const auto moved = look.values.find(knob.name);
+    if (moved == look.values.end()) continue;
     knob.set(changed.overrides, moved->second);
     std::string text = fmt::format("{}", moved->second);
     if (changed.overrides.melanin && std::string(knob.name) == "melanin") {
@@ -90,6 +126,18 @@ RenderSettings with_look(const RenderSettings& settings, const live::RenderServe
     }
     changed.given_options[knob.option] = text;
     words += fmt::format(" {} {}", knob.option, text);
+  }
+  if (!look.color.empty()) {
+    scene::Overrides& o = changed.overrides;
+    o.melanin.reset();
+    o.color.reset();
+    o.sigma_a.reset();
+    o.hair.reset();
+    o.color_source = look.color;
+    for (const char* other : {"--melanin", "--sigma-a", "--hair"}) changed.given_options.erase(other);
+    std::string& text = changed.given_options["--color"];
+    text = look.color.front() == '[' ? look.color.substr(1, look.color.size() - 2) : look.color;
+    words += fmt::format(" --color '{}'", text);
   }
   if (!words.empty()) changed.command += " (by the live page:" + words + ")";
   return changed;

@@ -1,6 +1,7 @@
-// The sliders of the live page: their values for a scene, and their effect on the settings of a render.
+// The sliders and the color of the live page: their values for a scene, and their effect on the settings of a render.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "cli/render_settings.h"
@@ -13,7 +14,14 @@ namespace tress::cli {
 /// samples, telemetry).
 std::vector<live::RenderServer::Slider> sliders_of(const RenderSettings& settings, const scene::Scene& scene);
 
-/// The settings that result from the same values as options of the command line. look: values of those sliders.
+/// The color of the first material as that of a lock: three numbers, or a ramp of them if it varies along strands.
+live::RenderServer::Json color_of(const scene::Scene& scene);
+
+/// What is wrong with a color as JSON; empty if nothing is.
+std::string fault_of_color(const std::string& json);
+
+/// The settings that result from the same values as options of the command line. look: values of those sliders; its
+/// color replaces the melanin.
 RenderSettings with_look(const RenderSettings& settings, const live::RenderServer::Look& look);
 
 }  // namespace tress::cli

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "cli/console.h"
+#include "cli/live_look.h"
 #include "cli/live_table.h"
 #include "cli/picture_files.h"
 #include "models/catalog.h"
@@ -92,8 +93,8 @@ void LiveView::begin(const scene::Scene& scene, const char* estimator, const ada
                       {"exposure", scene.image.exposure_stops}}}});
 }
 
-void LiveView::offer_sliders(std::vector<live::RenderServer::Slider> sliders) {
-  if (page_) page_->offer_sliders(std::move(sliders));
+void LiveView::offer(std::vector<live::RenderServer::Slider> sliders, const Json& color) {
+  if (page_) page_->offer(std::move(sliders), color, fault_of_color);
 }
 
 live::RenderServer::Look LiveView::take_look() {

@@ -26,7 +26,7 @@ class LiveView {
   /// Call it before the first pass. service: null without rows; it must outlive the render.
   void begin(const scene::Scene& scene, const char* estimator, const adaptive::Service* service);
   /// Sets what the page may change. Call it once, before the first begin().
-  void offer_sliders(std::vector<live::RenderServer::Slider> sliders);
+  void offer(std::vector<live::RenderServer::Slider> sliders, const live::RenderServer::Json& color);
   /// Whether the page has requested another look. Any thread.
   bool is_look_asked() const { return page_ != nullptr && page_->is_look_asked(); }
   /// Shows the picture of the look that ends, after `passes` passes, if the page has only an older one. Otherwise the

@@ -160,15 +160,22 @@ CLI::Option* add_signed(CLI::App* app, const std::string& name, std::function<vo
 }
 
 CLI::Option* add_numbers(CLI::App* app, const std::string& name, std::size_t least, std::size_t most,
-                         std::function<void(const std::vector<double>&)> set, const std::string& sentence) {
+                         std::function<void(const std::vector<double>&)> set, const std::string& sentence,
+                         std::function<void(const std::string&)> set_json) {
   const scene::Parameter& parameter = scene::option_parameter(name);
   const std::string how_many = least == most ? fmt::format("{}", least) : fmt::format("{} to {}", least, most);
+  const auto is_json = [takes = bool(set_json)](const std::string& text) { return takes && text.starts_with('{'); };
   return app
       ->add_option_function<std::string>(
-          name, [set](const std::string& text) { set(*parse_numbers(text)); }, help_of(parameter, sentence))
+          name,
+          [set, set_json, is_json](const std::string& text) {
+            is_json(text) ? set_json(text) : set(*parse_numbers(text));
+          },
+          help_of(parameter, sentence))
       ->check(expecting(fmt::format("{} values separated by commas, each {}", how_many, scene::words(parameter)),
-                        [&parameter, least, most](const std::string& text) {
+                        [&parameter, least, most, is_json](const std::string& text) {
                           const auto values = parse_numbers(text);
+                          if (is_json(text)) return true;
                           return values && values->size() >= least && values->size() <= most &&
                                  std::ranges::all_of(*values, [&](double x) { return parameter.range.contains(x); });
                         }))

@@ -39,13 +39,14 @@ CLI::Validator expecting(const std::string& expected, std::function<bool(const s
 
 /// Adds an option with a number, a whole number, or `least` to `most` of them separated by commas. Range, unit, default
 /// and sentence come from the table of parameters, where the option must be. `sentence` replaces the table's, for an
-/// option that words it differently from a scene file.
+/// option that words it differently from a scene file. set_json: takes a text that begins with "{"; may be empty.
 CLI::Option* add_number(CLI::App* app, const std::string& name, std::function<void(double)> set,
                         const std::string& sentence = "");
 CLI::Option* add_whole(CLI::App* app, const std::string& name, std::function<void(std::uint64_t)> set);
 CLI::Option* add_signed(CLI::App* app, const std::string& name, std::function<void(std::int64_t)> set);
 CLI::Option* add_numbers(CLI::App* app, const std::string& name, std::size_t least, std::size_t most,
-                         std::function<void(const std::vector<double>&)> set, const std::string& sentence);
+                         std::function<void(const std::vector<double>&)> set, const std::string& sentence,
+                         std::function<void(const std::string&)> set_json = {});
 
 /// Adds an option without a value.
 CLI::Option* add_flag(CLI::App* app, const std::string& name, std::function<void()> set);

@@ -348,7 +348,7 @@ bool took_look(const scene::Unstyled& unstyled, const RenderSettings& settings, 
     return false;
   }
   for (const auto& [option, text] : settings.given_options) files->identity[option] = text;
-  for (const char* option : {"--color", "--sigma-a", "--hair"})
+  for (const char* option : {"--color", "--melanin", "--sigma-a", "--hair"})
     if (!settings.given_options.contains(option)) files->identity.erase(option);
   return true;
 }
@@ -358,7 +358,7 @@ bool took_look(const scene::Unstyled& unstyled, const RenderSettings& settings, 
 int rendered_by_looks(const RenderSettings& settings, const scene::Unstyled& unstyled, scene::Scene& scene, int threads,
                       Clock::time_point start, RenderFiles& files) {
   fiber::ModelService learned;
-  files.live.offer_sliders(sliders_of(settings, scene));
+  files.live.offer(sliders_of(settings, scene), color_of(scene));
   for (RenderSettings now = settings;;) {
     {
       RenderJob job(now, scene, threads, start, files, &learned);

@@ -97,6 +97,8 @@ struct RenderServer::State {
   std::uint64_t last_request = 0;
   bool paused = false, stopped = false;
   std::vector<Slider> sliders;
+  Json color;
+  std::function<std::string(const std::string&)> fault_of_color;
   Look look;
   std::uint64_t looks_asked = 0, looks_taken = 0;
   std::uint64_t first_of_look = 0;  ///< version of the first picture after the last change of the sliders
@@ -157,7 +159,10 @@ struct RenderServer::State {
       status["look_asked"] = looks_asked;
       status["first_of_look"] = first_of_look;
       status["look_before"] = look_before.version;
-      if (since == 0) status["sliders"] = slider_list();
+      if (since == 0) {
+        status["sliders"] = slider_list();
+        status["color"] = color;
+      }
     }
     asked_something.notify_all();
     status["passes"] = Json::array();
@@ -212,7 +217,8 @@ struct RenderServer::State {
       response.set_content(found->second.dump(), "application/json");
   }
 
-  /// Takes a change of sliders as JSON. Returns what is wrong with it; if empty, the change waits for take_look().
+  /// Takes a change of sliders and of the color as JSON. Returns what is wrong with it; if empty, the change waits for
+  /// take_look().
   std::string ask_look(const Json& words) {
     if (sliders.empty()) return "look: expected a render that offers sliders, found none";
     if (!words.contains("values") || !words["values"].is_object() || words["values"].size() > sliders.size())
@@ -227,7 +233,11 @@ struct RenderServer::State {
       if (!(x >= slider->least && x <= slider->most))
         return fmt::format("{}: expected {}..{}, found {}", name, slider->least, slider->most,
                            value.dump(-1, ' ', true, Json::error_handler_t::replace).substr(0, 40));
-      asked_look[name] = x;
+      asked_look.values[name] = x;
+    }
+    if (words.contains("color")) {
+      asked_look.color = words["color"].dump(-1, ' ', true, Json::error_handler_t::replace);
+      if (std::string wrong = fault_of_color(asked_look.color); !wrong.empty()) return wrong;
     }
     look = std::move(asked_look);
     ++looks_asked;
@@ -409,9 +419,12 @@ RenderServer::Asked RenderServer::take_asked() {
   return std::exchange(state_->asked, {});
 }
 
-void RenderServer::offer_sliders(std::vector<Slider> sliders) {
+void RenderServer::offer(std::vector<Slider> sliders, const Json& color,
+                         std::function<std::string(const std::string&)> fault_of_color) {
   const std::scoped_lock lock(state_->mutex);
   state_->sliders = std::move(sliders);
+  state_->color = color;
+  state_->fault_of_color = std::move(fault_of_color);
 }
 
 bool RenderServer::is_look_asked() const { return state_->is_look_asked; }

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -62,9 +63,14 @@ class RenderServer {
     double least = 0, most = 1, step = 0.01;
     double value = 0;  ///< initial position
   };
-  /// Call it once; without sliders, no change is accepted.
-  void offer_sliders(std::vector<Slider> sliders);
-  using Look = std::map<std::string, double>;  ///< values by the names of the sliders that were moved
+  /// Call it once; without sliders, no change is accepted. color: of the hair, as a scene file has it. fault_of_color:
+  /// what is wrong with another one as a text of JSON, or empty; called by any thread.
+  void offer(std::vector<Slider> sliders, const Json& color,
+             std::function<std::string(const std::string&)> fault_of_color);
+  struct Look {
+    std::map<std::string, double> values;  ///< by the names of the sliders that were moved
+    std::string color;                     ///< JSON; empty: unchanged
+  };
   /// Whether a change waits for take_look(). Any thread.
   bool is_look_asked() const;
   /// Returns the last change; every value is in the range of its slider. The page's list of passes is cleared, and the

@@ -141,13 +141,18 @@ COLORS = {
 }
 
 
-def hair_scene(groom, color):
-    """groom: of GROOMS or FINER; color: of COLORS, or inputs of Principled Hair."""
+def lit_scene():
     scene = start()
     scene.render.film_transparent = TRANSPARENT
     if "A" in USED: grooms.add_light(scene, "AREA", (0.5, -0.8, 0.6), 15.0, size=0.4)
     if "S" in USED: grooms.add_light(scene, "SUN", (-1, 1.5, 1), 1.5)
     scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.35 * ("W" in USED),) * 3 + (1,)
+    return scene
+
+
+def hair_scene(groom, color):
+    """groom: of GROOMS or FINER; color: of COLORS, or inputs of Principled Hair."""
+    scene = lit_scene()
     material = grooms.hair_material(**(COLORS[color] if isinstance(color, str) else color))
     count, radius = {**GROOMS, **FINER}[groom]
     if groom.startswith("fur"):
@@ -179,13 +184,13 @@ def check_hair():
         save_png(np.concatenate(rows, 1))
 
 
-def save_png(pixels):
+def save_png(pixels, name="beside_cycles.png"):
     image = bpy.data.images.new("beside", pixels.shape[1], pixels.shape[0])
     coded = np.where(pixels <= 0.0031308, 12.92 * pixels, 1.055 * np.maximum(pixels, 1e-9) ** (1 / 2.4) - 0.055)
     rgba = np.ones((*pixels.shape[:2], 4), np.float32)
     rgba[:, :, :3] = np.clip(coded, 0, 1)
     image.pixels.foreach_set(rgba[::-1].reshape(-1))
-    image.filepath_raw, image.file_format = os.path.join(FOLDER, "beside_cycles.png"), "PNG"
+    image.filepath_raw, image.file_format = os.path.join(FOLDER, name), "PNG"
     image.save()
 
 

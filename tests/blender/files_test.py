@@ -17,7 +17,7 @@ from types import SimpleNamespace
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scenes" / "blender"))
-from tress_render import files, job, nodes, scene_keys  # noqa: E402
+from tress_render import bake, files, job, nodes, scene_keys  # noqa: E402
 
 TRESS = sys.argv.pop(1)
 LOOKS_DOWN = np.eye(4)  # a lamp or camera without a turn looks along -z
@@ -60,15 +60,19 @@ class HairNodes(Folder):
     """By stand-ins that have what nodes.py asks of Blender's nodes."""
 
     def principled(self, way, **behind):
+        keys, varied, said = self.read(way, **behind)
+        self.assertIsNone(varied)
+        return keys, said
+
+    def read(self, way, **behind):
         inputs = {name: Socket(name, value, behind.get(name)) for name, value in
                   (("Color", [0.1, 0.1, 0.1, 1]), ("Melanin", 0.8), ("Random Color", 0.2), ("Roughness", 0.3))}
         node = SimpleNamespace(bl_idname="ShaderNodeBsdfHairPrincipled", parametrization=way, inputs=inputs)
         output = SimpleNamespace(inputs={"Surface": Socket("Surface", None, node)})
         tree = SimpleNamespace(get_output_node=lambda target: output)
         said = scene_keys.Warnings()
-        keys, attribute = nodes.hair_material(SimpleNamespace(name="m", use_nodes=True, node_tree=tree), "m", said)
-        self.assertIsNone(attribute)
-        return keys, said.said
+        keys, varied = nodes.hair_material(SimpleNamespace(name="m", use_nodes=True, node_tree=tree), "m", said)
+        return keys, varied, said.said
 
     def drawn(self, keys):
         """Draws it: the program takes the keys."""
@@ -97,14 +101,73 @@ class HairNodes(Folder):
         self.assertAlmostEqual(ramp[1][1], 0.2)
         self.drawn(keys)
 
-    def test_what_a_ramp_is_over_else_is_named(self):
+    def test_a_ramp_over_something_else_is_random_or_baked(self):
         random, said = self.principled("COLOR", Color=ramp_node("Random", "LINEAR", [(0, (0,) * 3), (1, (1,) * 3)]))
         self.assertEqual(random["principled"]["color"], {"random": [[0.0] * 3, [1.0] * 3]})
         self.assertEqual(said, [])
         self.drawn(random)
-        length, said = self.principled("COLOR", Color=ramp_node("Length", "LINEAR", [(0, (0,) * 3), (1, (1,) * 3)]))
-        self.assertEqual(length["principled"]["color"], [0.1, 0.1, 0.1])
-        self.assertEqual(len(said), 1)
+        keys, varied, said = self.read("COLOR", Color=ramp_node("Length", "LINEAR", [(0, (0,) * 3), (1, (1,) * 3)]))
+        self.assertEqual((keys["principled"]["color"], varied.name, said), ([0.1, 0.1, 0.1], "Color", []))
+
+
+class Baked(unittest.TestCase):
+    """Colors at the points of two strands of 10 units, the second of two pieces of which the first is the longer."""
+
+    def strands(self, uv=None, attribute=None):
+        points = np.array([[0, 0, 0], [0, 0, -10], [1, 0, 0], [1, 0, -7.5], [1, 0, -10]], float)
+        return bake.Strands(np.array([2, 3]), points, lambda name: uv, lambda name: attribute)
+
+    def info(self, output):
+        return SimpleNamespace(bl_idname="ShaderNodeHairInfo", bl_label="Hair Info", inputs={}), output
+
+    def colors(self, node, output="Color", **of):
+        return bake.colors(Socket("Color", [0, 0, 0, 1], node, output), self.strands(**of))
+
+    def test_hair_info_is_by_length_and_by_cycles_own_random_number(self):
+        node, _ = self.info("")
+        np.testing.assert_allclose(self.colors(node, "Intercept")[:, 0], [0, 1, 0, 0.75, 1])
+        np.testing.assert_allclose(self.colors(node, "Length"), 1)  # 10 is clamped
+        hashes = np.array([3695015161, 1267069554]) / 0xffffffff  # hash_uint2(0, 0) and (1, 0), by lookup3's own code
+        np.testing.assert_allclose(self.colors(node, "Random")[:, 2], hashes[[0, 0, 1, 1, 1]], rtol=1e-6)
+        with self.assertRaisesRegex(bake.Unknown, "Thickness of Hair Info"):
+            self.colors(node, "Thickness")
+
+    def test_ranges_ramps_and_mixes_are_those_of_cycles(self):
+        socket = lambda x, node=None, output="": Socket("", x, node, output)
+        half = SimpleNamespace(bl_idname="ShaderNodeMapRange", bl_label="Map Range", data_type="FLOAT", clamp=True,
+                               interpolation_type="LINEAR", inputs={
+                                   "Value": socket(0.5, *self.info("Intercept")), "From Min": socket(0.5),
+                                   "From Max": socket(1.0), "To Min": socket(1.0), "To Max": socket(0.0)})
+        np.testing.assert_allclose(self.colors(half)[:, 1], [1, 0, 1, 0.5, 0])
+        ramp = SimpleNamespace(bl_idname="ShaderNodeValToRGB", bl_label="Color Ramp", inputs={"Fac": socket(0.5, half)},
+                               color_ramp=SimpleNamespace(interpolation="LINEAR", evaluate=lambda x: (x, x * x, 1 - x, 0.5)))
+        np.testing.assert_allclose(self.colors(ramp)[3], [0.5, 0.25, 0.5], atol=2e-5)  # 1 / 255^2: the table's own error
+        np.testing.assert_allclose(self.colors(ramp, "Alpha"), 0.5)
+        mix = SimpleNamespace(bl_idname="ShaderNodeMixRGB", bl_label="Mix", blend_type="MULTIPLY", use_clamp=False,
+                              inputs=[socket(0.5), socket([0.8, 0.4, 0.2, 1]), socket(0.0, ramp, "Color")])
+        np.testing.assert_allclose(self.colors(mix)[3], [0.6, 0.25, 0.15], atol=2e-5)
+        mix.blend_type = "HUE"
+        with self.assertRaisesRegex(bake.Unknown, "hue"):
+            self.colors(mix)
+
+    def test_a_picture_is_seen_at_the_roots_with_v_up(self):
+        pixels = np.array([[[0, 0, 0], [1, 0, 0]], [[0, 1, 0], [1, 1, 0]]], float)  # top row first
+        at = lambda u, v, *of: bake.looked_up(pixels, np.array([[u, v]]), *of)[0].tolist()
+        self.assertEqual(at(0.25, 0.75), [0, 0, 0])
+        self.assertEqual(at(0.75, 0.25), [1, 1, 0])
+        self.assertEqual(at(0.5, 0.75), [0.5, 0, 0])
+        self.assertEqual(at(1.25, 0.75), [0, 0, 0])
+        self.assertEqual(at(1.25, 0.75, "EXTEND"), [1, 0, 0])
+        self.assertEqual(at(1.25, 0.25, "CLIP"), [0, 0, 0])
+        self.assertEqual(at(0.6, 0.4, "REPEAT", True), [1, 1, 0])
+
+    def test_what_strands_do_not_have_is_named(self):
+        paint = SimpleNamespace(bl_idname="ShaderNodeVertexColor", bl_label="Color Attribute", layer_name="dye")
+        np.testing.assert_allclose(self.colors(paint, attribute=np.full((5, 3), 0.25)), 0.25)
+        with self.assertRaisesRegex(bake.Missing, "dye"):
+            self.colors(paint)
+        with self.assertRaisesRegex(bake.Unknown, "Noise"):
+            self.colors(SimpleNamespace(bl_idname="ShaderNodeTexNoise", bl_label="Noise Texture"))
 
 
 class Files(Folder):
@@ -164,6 +227,21 @@ class Keys(unittest.TestCase):
         flux = scene_keys.area(LOOKS_DOWN, 100, [1, 1, 1], 40.0, "RECTANGLE", 2.0, 0.5, are_true_watts=True)["rectangle"]
         self.assertAlmostEqual(math.pi * 1.0 * flux["radiance"][0], 40.0, places=9)
         self.assertEqual((card["width_cm"], card["height_cm"]), (200, 50))
+
+    def test_a_link_is_of_the_members_of_a_collection_by_their_states(self):
+        def collection(objects=(), children=()):
+            states = lambda pairs: [SimpleNamespace(light_linking=SimpleNamespace(link_state=state)) for _, state in pairs]
+            return SimpleNamespace(objects=[ob for ob, _ in objects], collection_objects=states(objects),
+                                   children=[child for child, _ in children], collection_children=states(children))
+        names = {"ball": ["ball", "ball.fur"], "head": ["head"], "lock": ["lock"]}
+        of = lambda *them: scene_keys.link(collection(*them), lambda ob: names.get(ob, []))
+        self.assertEqual(of([("ball", "INCLUDE"), ("lock", "INCLUDE")]), {"include": ["ball", "ball.fur", "lock"]})
+        self.assertEqual(of([("ball", "EXCLUDE")]), {"exclude": ["ball", "ball.fur"]})
+        self.assertEqual(of([("head", "EXCLUDE"), ("lock", "INCLUDE")]), {"include": ["lock"]})
+        inner = collection([("head", "INCLUDE"), ("lock", "INCLUDE")])
+        self.assertEqual(of([("lock", "INCLUDE")], [(inner, "EXCLUDE")]), {"include": []})
+        self.assertEqual(of([("camera", "INCLUDE")]), {"include": []})
+        self.assertIsNone(of([]))
 
     def test_what_has_no_counterpart_is_said_once(self):
         warnings = scene_keys.Warnings()

@@ -182,6 +182,25 @@ def test_huangs_model_hands_over_its_aspect_ratio_and_gains_where_blender_has_it
         expect(material["gain"] == {"R": 1.0, "TT": 0.5, "TRT": 1.0}, f"other gains: {material}")
 
 
+def test_a_light_is_linked_to_what_blender_links_it_to_where_it_does():
+    import json
+    scene = start(64, 32, samples=16)
+    grooms.add_camera(scene, lens=60)
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0, 0, 0, 1)
+    for side in (-1, 1):
+        grooms.add_hair_curves(scene, grooms.strands() + np.float32([0.1 * side, 0, 0]), grooms.hair_material(), name=f"lock {side}")
+    lamp = grooms.add_light(scene, "SUN", (0.5, -1, 1), 3.0)
+    has_links = hasattr(lamp, "light_linking")  # from 4.0 on
+    if has_links:
+        lamp.light_linking.receiver_collection = linked = bpy.data.collections.new("linked")
+        linked.objects.link(scene.objects["lock 1"])
+    picture = rendered(scene, "linked")
+    light = json.loads(pathlib.Path(FOLDER, "kept", "scene.json").read_text())["lights"][0]
+    expect(light.get("light_link") == ({"include": ["lock 1"]} if has_links else None), f"other links: {light}")
+    left, right = (picture.channels["ViewLayer.Combined.G"][:, half].sum() for half in (slice(0, 32), slice(32, 64)))
+    expect(right > 0 and (left < 0.2 * right if has_links else left > 0.2 * right), f"the light is {left} left, {right} right")
+
+
 def test_an_animation_carries_what_it_learns():
     import json
     scene = start()

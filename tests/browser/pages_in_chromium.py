@@ -60,6 +60,54 @@ def click_row(page):
     return page.value("document.getElementById('row-words').textContent")
 
 
+def edit_ramp(page):
+    """The color is made a ramp, which mouse and keys change, each time with another picture, and one color again."""
+    stops = "JSON.stringify(look.color.ramp.map(([place]) => place))"
+
+    def seen():
+        page.until("look.sent === 0 && !look.waits && passes.length >= 2")
+
+    def press(key):
+        for kind in ("keyDown", "keyUp"):
+            page.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode={"Delete": 46}.get(key, 39))
+
+    def mouse(kind, x, y):
+        page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
+
+    page.value("document.querySelector('#color button').click()")
+    seen()
+    check(page.value("look.moved.melanin === undefined && " + stops) == "[0,1]", "a color becomes a ramp of two stops, and melanin gives way")
+    light = page.value(LIGHT)
+    page.value("""(() => { const picker = document.querySelector('#color input[aria-label="color of stop 2"]');
+      picker.value = '#ff4000'; picker.dispatchEvent(new Event('input')); })()""")
+    seen()
+    check(page.value(LIGHT) != light and page.value("look.color.ramp[1][1].join()") == "0.999,0.0513,0.001", "its tip gets a color, linear")
+    left, top, width, height = page.value("""(() => { const strip = document.querySelector('.strip'); strip.scrollIntoView({block: 'center'});
+      const b = strip.getBoundingClientRect(); return [b.left, b.top, b.width, b.height]; })()""")
+    for kind in ("mousePressed", "mouseReleased"):
+        mouse(kind, left + 0.5 * width, top + 6)
+    seen()
+    check(abs(page.value("look.color.ramp[1][0]") - 0.5) < 0.01 and page.value("look.color.ramp.length") == 3, "a click on the strip adds a stop")
+    at = left + width * page.value("look.color.ramp[1][0]")
+    mouse("mousePressed", at, top + 24)
+    mouse("mouseMoved", left + 0.75 * width, top + 24)
+    mouse("mouseReleased", left + 0.75 * width, top + 24)
+    seen()
+    check(abs(page.value("look.color.ramp[1][0]") - 0.75) < 0.01 and page.value("look.color.ramp.length") == 3, "a stop is dragged")
+    before = page.value("look.color.ramp[1][0]")
+    press("ArrowRight")
+    seen()
+    check(abs(page.value("look.color.ramp[1][0]") - before - 0.01) < 1e-6, "an arrow moves the stop that has the focus")
+    check("--color '{\"ramp\":[[0," in page.value("document.getElementById('look').textContent"), "the ramp is shown as an option")
+    page.picture(os.path.join(folder, "live_ramp.png"))
+    press("Delete")
+    seen()
+    check(page.value(stops) == "[0,1]", "Delete removes it")
+    page.value("document.querySelector('#color button').click()")
+    seen()
+    check(page.value("Array.isArray(look.color) && document.querySelector('.strip').hidden"), "and it is one color again")
+
+
 def live_page_of_samples():
     """Of the default model: a map of its directions, whose rows are clicked."""
     render, address = served()
@@ -115,6 +163,7 @@ def live_page():
         check(page.value("shown.latest.version") > version and page.value(LIGHT) > 1.3 * light, "sliders make another picture")
         words = page.value("document.getElementById('look').textContent")
         check("--melanin 0 --light-scale 3" in words, f"and name what they are as options: {words[-90:]}")
+        edit_ramp(page)
         page.until("document.querySelectorAll('#maps .map').length >= 3 && passes.length >= 8")
         check(page.value("duration(42) + ', ' + duration(78000)") == "42 s, 22 h", "time that is left is shown in units that are read at once")
         beside = page.value("(() => { const p = document.getElementById('picture').getBoundingClientRect(), s = document.getElementById('look').getBoundingClientRect(); return s.left >= p.right && s.top < p.bottom; })()")
@@ -147,8 +196,9 @@ def live_page():
             render.wait()
 
 
-LOOK = {"melanin": 5, "roughness": 0.25, "eccentricity": 0.7, "tilt": 1, "lights": 2}
-OPTIONS = ["--melanin", "5", "--roughness", "0.25", "--eccentricity", "0.7", "--cuticle-tilt", "1", "--light-scale", "2"]
+LOOK = {"roughness": 0.25, "eccentricity": 0.7, "tilt": 1, "lights": 2}
+RAMP = {"ramp": [[0, [0.05, 0.03, 0.02]], [1, [0.7, 0.4, 0.2]]], "interpolation": "smooth"}
+OPTIONS = ["--roughness", "0.25", "--eccentricity", "0.7", "--cuticle-tilt", "1", "--light-scale", "2"]
 
 
 def asked(address, path, words=None):
@@ -164,8 +214,11 @@ def looks():
     """A picture whose look was changed is bit for bit the one that is rendered with it: without rows, and from a frozen cache."""
     small = ["--spp", "3", "--resolution", "48x48", "--quiet"]
     subprocess.run([tress, "render", scene, "-o", at("make.exr"), "--warm-cache", at("look.cache"), *small, *OPTIONS], check=True)
-    for name, words in (("exact", ["--model", "exact"]), ("frozen", ["--warm-cache", at("look.cache"), "--cache-mode", "frozen"])):
-        subprocess.run([tress, "render", scene, "-o", at(name + "_fresh.exr"), *small, *OPTIONS, *words], check=True)
+    for name, words, look, color in (
+            ("exact", ["--model", "exact"], {"values": LOOK | {"melanin": 5}}, ["--melanin", "5"]),
+            ("frozen", ["--warm-cache", at("look.cache"), "--cache-mode", "frozen"], {"values": LOOK, "color": RAMP},
+             ["--color", json.dumps(RAMP)])):
+        subprocess.run([tress, "render", scene, "-o", at(name + "_fresh.exr"), *small, *OPTIONS, *color, *words], check=True)
         render = subprocess.Popen([tress, "render", scene, "-o", at(name + ".exr"), *[w for w in small if w != "--quiet"], "--serve", *words],
                                   stderr=subprocess.PIPE, text=True)
         try:
@@ -176,7 +229,9 @@ def looks():
                 time.sleep(0.02)
             refused = asked(address, "control", {"do": "look", "values": {"melanin": 1e9}})
             check("melanin: expected 0..8" in refused["error"], f"refused by name: {refused['error']}")
-            asked(address, "control", {"do": "look", "values": LOOK})
+            refused = asked(address, "control", {"do": "look", "values": {}, "color": {"ramp": [[2, [0.5, 0.5, 0.5]]]}})
+            check("--color/ramp/0/0: expected" in refused["error"], f"so is a color: {refused['error']}")
+            asked(address, "control", {"do": "look", **look})
             check(render.wait(120) == 0, "the render ends with its samples")
         finally:
             if render.poll() is None:

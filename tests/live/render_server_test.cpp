@@ -68,10 +68,11 @@ TEST_F(LiveServer, ThePageNeedsNoOtherFile) {
 
 TEST_F(LiveServer, ALookIsTakenOnceAndBeginsThePassesAnew) {
   EXPECT_EQ(control(R"({"do":"look","values":{}})"), 400) << "none is offered";
-  server_->offer_sliders({{"melanin", "Melanin", 0, 8, 0.1, 1.3}, {"tilt", "Tilt", 0, 10, 0.5, 3}});
+  server_->offer({{"melanin", "Melanin", 0, 8, 0.1, 1.3}, {"tilt", "Tilt", 0, 10, 0.5, 3}}, {0.1, 0.2, 0.3}, {});
   const Json offered = status();
   ASSERT_EQ(offered["sliders"].size(), 2u);
   EXPECT_EQ(offered["sliders"][0]["value"], 1.3);
+  EXPECT_EQ(offered["color"], (Json{0.1, 0.2, 0.3}));
   server_->show(picture_of(1));
   for (int i = 0; i < 3; ++i) server_->add_pass({{"pass", i}});
   EXPECT_FALSE(server_->is_look_asked());
@@ -80,7 +81,9 @@ TEST_F(LiveServer, ALookIsTakenOnceAndBeginsThePassesAnew) {
   EXPECT_EQ(control(R"({"do":"look","values":{"melanin":5.5,"tilt":0}})"), 200);
   EXPECT_TRUE(server_->is_look_asked());
   EXPECT_FALSE(server_->is_paused()) << "one wants to see it";
-  EXPECT_EQ(server_->take_look(), (RenderServer::Look{{"melanin", 5.5}, {"tilt", 0}})) << "the last one";
+  const RenderServer::Look taken = server_->take_look();
+  EXPECT_EQ(taken.values, (std::map<std::string, double>{{"melanin", 5.5}, {"tilt", 0}})) << "the last one";
+  EXPECT_EQ(taken.color, "");
   EXPECT_FALSE(server_->is_look_asked());
   server_->add_pass({{"pass", 0}});
   server_->show(picture_of(2));
@@ -97,8 +100,20 @@ TEST_F(LiveServer, ALookIsTakenOnceAndBeginsThePassesAnew) {
   EXPECT_EQ(value, 1) << "the picture of the look before";
 }
 
+TEST_F(LiveServer, AColorIsTakenAsItsTextUnlessItIsRefused) {
+  server_->offer({{"tilt", "Tilt", 0, 10, 0.5, 3}}, {0.1, 0.2, 0.3}, [](const std::string& json) {
+    return std::string(json.find("ramp") == json.npos ? "--color: no" : "");
+  });
+  EXPECT_EQ(control(R"({"do":"look","values":{},"color":[1, 2]})"), 400);
+  EXPECT_FALSE(server_->is_look_asked());
+  EXPECT_EQ(control(R"({"do":"look","values":{"tilt":1},"color":{"ramp": [[0.5, [0.25, 1, 0]]]}})"), 200);
+  const RenderServer::Look look = server_->take_look();
+  EXPECT_EQ(look.color, R"({"ramp":[[0.5,[0.25,1,0]]]})");
+  EXPECT_EQ(look.values.at("tilt"), 1);
+}
+
 TEST_F(LiveServer, AHostileLookIsRefusedByName) {
-  server_->offer_sliders({{"melanin", "Melanin", 0, 8, 0.1, 1.3}});
+  server_->offer({{"melanin", "Melanin", 0, 8, 0.1, 1.3}}, nullptr, {});
   const std::vector<std::pair<std::string, std::string>> cases{
       {R"({"do":"look"})", "values: expected"},
       {R"({"do":"look","values":[1]})", "values: expected"},

@@ -57,6 +57,30 @@ TEST(Look, GivenLaterIsAsIfLoadedWithIt) {
   EXPECT_NEAR(scene->materials[0].fiber.eccentricity, 0.7, 1e-6);
 }
 
+/// A ramp given later, and the same ramp in the file.
+TEST(Look, AColorSourceIsThatOfTheSameKeyInAFile) {
+  const std::string ramp =
+      R"({"ramp": [[0.2, [0.05, 0.03, 0.02]], [0.9, [0.7, 0.4, 0.2]]], "interpolation": "smooth"})";
+  Overrides look;
+  look.color_source = ramp;
+  auto scene = loaded({});
+  ASSERT_TRUE(scene);
+  ASSERT_FALSE(restyle({scene->materials, scene->lights, scene->environment}, look, &*scene));
+  std::string same = text;
+  for (const std::string color : {R"("color": [0.4, 0.3, 0.2])", R"("melanin": {"eumelanin": 2})"})
+    same.replace(same.find(color), color.size(), "\"color\": " + ramp);
+  const auto fresh =
+      load_scene(std::span(reinterpret_cast<const unsigned char*>(same.data()), same.size()), "test", ".", {});
+  ASSERT_TRUE(fresh) << fresh.error().message();
+  expect_same(*scene, *fresh);
+  ASSERT_TRUE(scene->materials[1].pigment);
+  EXPECT_EQ(scene->materials[1].pigment->source, fresh->materials[1].pigment->source);
+  ASSERT_FALSE(
+      restyle({fresh->materials, fresh->lights, fresh->environment}, {.color_source = "[0.4, 0.3, 0.2]"}, &*scene));
+  EXPECT_FALSE(scene->materials[0].pigment) << "one color again";
+  expect_same(*scene, *loaded({.color = glm::vec3(0.4f, 0.3f, 0.2f)}));
+}
+
 TEST(Look, LightScaleScalesAllLightAndNothingElse) {
   Overrides look;
   look.light_scale = 4;

@@ -6,7 +6,7 @@ import os
 import bpy
 import numpy as np
 
-from . import files, nodes, scene_keys
+from . import bake, files, nodes, scene_keys
 
 USUAL_RADIUS = 0.005  # units: of hair curves without radii, as Cycles has it
 MESHES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
@@ -22,8 +22,9 @@ class Export:
         self.warnings = scene_keys.Warnings()
         self.keys = {"image": {"width": self.width, "height": self.height, "samples": samples},
                      "lights": [], "meshes": [], "materials": [], "grooms": []}
-        self._materials = {}  # by name: the name of the key, the attribute of its color
-        self._names = set()
+        self._materials = {}  # by name: its keys, the socket of its color where that varies
+        self._names = {}  # of grooms and meshes: the object that each is of
+        self._links = []  # keys of a light, and its links where Blender has them
 
     def run(self, camera=None, shift_x=None):
         scene = self.depsgraph.scene_eval
@@ -33,6 +34,10 @@ class Export:
         self.keys["environment"] = nodes.environment(scene.world, self.folder, self.warnings)
         for instance in self.depsgraph.object_instances:
             self._object(instance)
+        for keys, linking in self._links:
+            for key, collection in (("light_link", linking.receiver_collection), ("shadow_link", linking.blocker_collection)):
+                found = scene_keys.link(collection, self._names_of) if collection is not None else None
+                keys.update({key: found} if found else {})
         if not self.keys["grooms"]:
             raise ValueError("no hair in this scene: tress renders hair curves and particle hair")
         path = os.path.join(self.folder, "scene.json")
@@ -99,6 +104,8 @@ class Export:
         if instance.show_self:
             if ob.type == "LIGHT":
                 self._light(ob.name, ob.data, matrix)
+                if hasattr(ob, "light_linking"):  # from 4.0 on
+                    self._links.append((self.keys["lights"][-1], ob.original.light_linking))
             elif ob.type == "CURVES":
                 self._curves(ob, matrix)
             elif ob.type in MESHES:
@@ -108,14 +115,17 @@ class Export:
         if instance.show_particles:
             for modifier in ob.modifiers:
                 if modifier.type == "PARTICLE_SYSTEM" and modifier.show_render:
-                    self._particles(ob, matrix, modifier.particle_system)
+                    self._particles(ob, matrix, modifier)
 
-    def _free_name(self, name):
+    def _names_of(self, ob):
+        return [name for name, of in self._names.items() if of == ob]
+
+    def _free_name(self, ob, name):
         free, number = name, 1
         while free in self._names:
             number += 1
             free = f"{name} {number}"
-        self._names.add(free)
+        self._names[free] = ob.original
         return free
 
     def _file(self, name, ending):
@@ -125,10 +135,25 @@ class Export:
     def _hair_material(self, material):
         key = material.name if material else ""
         if key not in self._materials:
-            keys, attribute = nodes.hair_material(material, key or "hair", self.warnings)
+            keys, varied = nodes.hair_material(material, key or "hair", self.warnings)
             self.keys["materials"].append(keys)
-            self._materials[key] = (keys["name"], attribute)
+            self._materials[key] = (keys, varied)
         return self._materials[key]
+
+    def _colors(self, name, keys, varied, strands):
+        """Of the points of strands, for a color that varies; None for one that does not."""
+        if varied is None:
+            return None
+        try:
+            colors = bake.colors(varied, strands)
+        except bake.Unknown as node:
+            self.warnings(nodes.not_taken(f"material {keys['name']}", varied.name, node))
+            return None
+        except bake.Missing as what:
+            self.warnings(f"{name}: no {what}, its hair is grey")
+            colors = np.full((len(strands.of), 3), 0.5, np.float32)
+        keys["principled"]["color"] = "file"
+        return colors
 
     def _groom(self, ob, name, material, lengths, points, radii, colors):
         """points in world units."""
@@ -146,7 +171,7 @@ class Export:
             widths = np.full_like(widths, 0.008)
         path = self._file(name, "hair")
         files.write_hair(path, lengths, points * self.cm, widths, colors)
-        keys = {"name": self._free_name(name), "file": os.path.basename(path), "material": material, "up": "z",
+        keys = {"name": self._free_name(ob, name), "file": os.path.basename(path), "material": material, "up": "z",
                 "cm_per_unit": 1.0, "basis": "clamped_catmull_rom"}  # as the viewport and Cycles draw it
         self.keys["grooms"].append(keys | hidden_from(ob))
 
@@ -162,25 +187,14 @@ class Export:
         radii = np.full(count, USUAL_RADIUS, np.float32)
         if "radius" in data.attributes:
             data.attributes["radius"].data.foreach_get("value", radii)
-        material, attribute = self._hair_material(ob.material_slots[0].material if ob.material_slots else None)
-        colors = None
-        if attribute is not None:
-            colors = self._curve_colors(ob.name, data, attribute, lengths)
-        self._groom(ob, ob.name, material, lengths, transformed(points.reshape(-1, 3), matrix), radii * mean_scale(matrix), colors)
+        points = points.reshape(-1, 3)
+        keys, varied = self._hair_material(ob.material_slots[0].material if ob.material_slots else None)
+        colors = self._colors(ob.name, keys, varied, bake.Strands(
+            lengths, points, lambda name: curve_uv(data, name), lambda name: curve_attribute(data, name, lengths)))
+        self._groom(ob, ob.name, keys["name"], lengths, transformed(points, matrix), radii * mean_scale(matrix), colors)
 
-    def _curve_colors(self, name, data, attribute, lengths):
-        found = data.attributes.get(attribute) if attribute else data.color_attributes.active_color
-        sizes = {"FLOAT_COLOR": ("color", 4), "BYTE_COLOR": ("color", 4), "FLOAT_VECTOR": ("vector", 3)}
-        if found is None or found.data_type not in sizes:
-            self.warnings(f"{name}: no color attribute {attribute!r}, its hair is grey")
-            return np.full((int(lengths.sum()), 3), 0.5, np.float32)
-        key, size = sizes[found.data_type]
-        values = np.empty(size * len(found.data), np.float32)
-        found.data.foreach_get(key, values)
-        values = values.reshape(-1, size)[:, :3]
-        return np.repeat(values, lengths, axis=0) if found.domain == "CURVE" else values
-
-    def _particles(self, ob, matrix, system):
+    def _particles(self, ob, matrix, modifier):
+        system = modifier.particle_system
         settings = system.settings
         if settings.type != "HAIR":
             self.warnings(f"{ob.name}: its emitted particles are not handed over, unless they are instances of objects")
@@ -195,19 +209,30 @@ class Export:
                           np.float32).reshape(-1, steps, 3)
         if len(points) == 0:
             return
-        points, lengths = without_repeats(points)
+        points, lengths, kept = without_repeats(points)
         if len(lengths) == 0:
             return
         radii = particle_radii(points, lengths, settings.root_radius, settings.tip_radius, settings.radius_scale,
                                settings.shape, settings.use_close_tip) * mean_scale(matrix)
         slots = ob.material_slots
         slot = min(settings.material, len(slots)) - 1
-        material, attribute = self._hair_material(slots[slot].material if slots else None)
-        colors = None
-        if attribute is not None:
-            self.warnings(f"{ob.name}: particle hair has no color attributes here, its hair is grey")
-            colors = np.full((len(points), 3), 0.5, np.float32)
-        self._groom(ob, f"{ob.name}.{system.name}", material, lengths, points, radii, colors)
+        keys, varied = self._hair_material(slots[slot].material if slots else None)
+
+        def on_emitter(layers, ask, which, name):
+            """(strands, 2 or 3) of the mesh beneath, or None."""
+            layer = layers.find(name) if name else next((i for i, one in enumerate(layers) if one.active_render), -1)
+            return None if layer < 0 else np.array([
+                ask(modifier, particle=system.particles[min(numbers[i], parents - 1)], particle_no=numbers[i], **{which: layer})
+                for i in kept])
+
+        def paint(name):
+            found = on_emitter(ob.data.vertex_colors, system.mcol_on_emitter, "vcol_no", name)
+            return None if found is None else np.repeat(nodes.linear(found), lengths, axis=0)
+
+        colors = self._colors(ob.name, keys, varied, bake.Strands(
+            lengths, transformed(points, np.linalg.inv(matrix)),
+            lambda name: on_emitter(ob.data.uv_layers, system.uv_on_emitter, "uv_no", name), paint))
+        self._groom(ob, f"{ob.name}.{system.name}", keys["name"], lengths, points, radii, colors)
 
     def _mesh(self, ob, matrix):
         try:
@@ -240,7 +265,7 @@ class Export:
             path = self._file(ob.name, "obj")
             files.write_obj(path, positions[used], index.reshape(-1, 3), normals[here].reshape(-1, 3),
                             None if uvs is None else uvs[here].reshape(-1, 2))
-            keys = {"name": self._free_name(ob.name), "file": os.path.basename(path)}
+            keys = {"name": self._free_name(ob, ob.name), "file": os.path.basename(path)}
             keys.update(nodes.surface_material(material, self.folder, self.warnings))
             if "albedo_file" in keys and uvs is None:
                 self.warnings(f"{ob.name}: no texture coordinates, grey in place of its picture")
@@ -251,6 +276,29 @@ class Export:
                 keys["holdout"] = True
             self.keys["meshes"].append(keys)
         ob.to_mesh_clear()
+
+
+def curve_uv(data, name):
+    """(strands, 2) of hair curves: as Cycles has it the first pair of numbers by strand, unless it is named."""
+    pairs = [layer for layer in data.attributes if layer.data_type == "FLOAT2" and layer.domain == "CURVE"]
+    found = data.attributes.get(name) if name else data.attributes.get("surface_uv_coordinate") or next(iter(pairs), None)
+    return values_of(found, "vector", 2) if found in pairs else None
+
+
+def curve_attribute(data, name, lengths):
+    """(points, 3 or 1) of hair curves."""
+    found = data.attributes.get(name) if name else data.color_attributes.active_color
+    sizes = {"FLOAT_COLOR": ("color", 4), "BYTE_COLOR": ("color", 4), "FLOAT_VECTOR": ("vector", 3), "FLOAT": ("value", 1)}
+    if found is None or found.data_type not in sizes:
+        return None
+    values = values_of(found, *sizes[found.data_type])[:, :3]
+    return np.repeat(values, lengths, axis=0) if found.domain == "CURVE" else values
+
+
+def values_of(attribute, key, size):
+    values = np.empty(size * len(attribute.data), np.float32)
+    attribute.data.foreach_get(key, values)
+    return values.reshape(-1, size)
 
 
 def hidden_from(ob):
@@ -280,26 +328,20 @@ def corner_normals(mesh, matrix):
 
 
 def without_repeats(points):
-    """points: (strands, steps, 3). Points that equal the one before them go, and strands of one place."""
+    """points: (strands, steps, 3). Points that equal the one before them go, and strands of one place; the numbers of
+    those that are left are returned last."""
     moves = np.ones(points.shape[:2], bool)
     moves[:, 1:] = (points[:, 1:] != points[:, :-1]).any(2)
     moves[moves.sum(1) < 2] = False
     lengths = moves.sum(1)
-    return points[moves], lengths[lengths > 0]
+    return points[moves], lengths[lengths > 0], np.flatnonzero(lengths)
 
 
 def particle_radii(points, lengths, root, tip, scale, shape, close_tip):
     """Of the points of particle hair, as Cycles has them: by the share of the length of the strand."""
-    step = np.zeros(len(points))
-    step[1:] = np.linalg.norm(np.diff(points.astype(float), axis=0), axis=1)
-    ends = np.cumsum(lengths)
-    starts = ends - lengths
-    step[starts] = 0
-    along = np.cumsum(step)
-    along -= np.repeat(along[starts], lengths)
-    share = 1 - along / np.maximum(np.repeat(along[ends - 1], lengths), 1e-30)
+    share = 1 - bake.along(points, lengths)[0]
     share = np.clip(share, 0, 1) ** (1 + shape if shape < 0 else 1 / (1 - min(shape, 0.999)))
     radii = scale * 0.5 * (share * (root - tip) + tip)
     if close_tip:
-        radii[ends - 1] = 0
+        radii[np.cumsum(lengths) - 1] = 0
     return radii

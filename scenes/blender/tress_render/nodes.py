@@ -20,14 +20,18 @@ def surface_node(tree, warnings, who, kinds=None):
     return found or node
 
 
-def _behind(socket):
-    """The node that a socket is linked to, past reroutes."""
+def behind(socket):
+    """The node that a socket is linked to, past reroutes, and the name of its output."""
     while socket.is_linked and socket.links:
-        node = socket.links[0].from_node
-        if node.bl_idname != "NodeReroute":
-            return node
-        socket = node.inputs[0]
-    return None
+        link = socket.links[0]
+        if link.from_node.bl_idname != "NodeReroute":
+            return link.from_node, link.from_socket.name
+        socket = link.from_node.inputs[0]
+    return None, None
+
+
+def _behind(socket):
+    return behind(socket)[0]
 
 
 def _first_of(node, kinds, seen):
@@ -43,33 +47,31 @@ def _first_of(node, kinds, seen):
     return None
 
 
+PLAIN_NODES = ("ShaderNodeValue", "ShaderNodeRGB")
+
+
 def value(node, names, usual, warnings, who):
     """Of the first input of those names that there is: its own, or that of a value or color node it is linked to."""
     socket = next((node.inputs[name] for name in names if name in node.inputs), None)
     if socket is None:
         return usual
-    behind = _behind(socket)
-    if behind is not None and behind.bl_idname in ("ShaderNodeValue", "ShaderNodeRGB"):
-        return _plain(behind.outputs[0].default_value)
-    if behind is not None:
-        warnings(f"{who}: {socket.name} is linked to {behind.bl_label}, which is not handed over: "
-                 "the value of the socket is used")
-    return _plain(socket.default_value)
+    linked = _behind(socket)
+    if linked is not None and linked.bl_idname in PLAIN_NODES:
+        return plain(linked.outputs[0].default_value)
+    if linked is not None:
+        warnings(not_taken(who, socket.name, linked.bl_label))
+    return plain(socket.default_value)
 
 
-def _plain(x):
+def not_taken(who, socket_name, label):
+    return f"{who}: {socket_name} is linked to {label}, which is not handed over: the value of the socket is used"
+
+
+LUMINANCE = np.array((0.2126, 0.7152, 0.0722))
+
+
+def plain(x):
     return float(x) if isinstance(x, (int, float)) else [float(v) for v in x][:3]
-
-
-ATTRIBUTE_NODES = ("ShaderNodeAttribute", "ShaderNodeVertexColor")
-
-
-def color_attribute(node, socket_name):
-    """The name of the attribute that an input is linked to; None if to none, "" for the active one."""
-    behind = _behind(node.inputs[socket_name]) if socket_name in node.inputs else None
-    if behind is None or behind.bl_idname not in ATTRIBUTE_NODES:
-        return None
-    return behind.attribute_name if behind.bl_idname == "ShaderNodeAttribute" else behind.layer_name
 
 
 def along_strand(node, socket_name, as_value):
@@ -78,7 +80,7 @@ def along_strand(node, socket_name, as_value):
     ramp = _behind(node.inputs[socket_name]) if socket_name in node.inputs else None
     if ramp is None or ramp.bl_idname != "ShaderNodeValToRGB":
         return None
-    info, place = _behind(ramp.inputs["Fac"]), _output_behind(ramp.inputs["Fac"])
+    info, place = behind(ramp.inputs["Fac"])
     stops = [[min(max(float(stop.position), 0.0), 1.0), as_value(clamp3(stop.color))] for stop in ramp.color_ramp.elements]
     way = ramp.color_ramp.interpolation
     if info is None or info.bl_idname != "ShaderNodeHairInfo" or way not in ("LINEAR", "EASE", "CONSTANT"):
@@ -94,18 +96,8 @@ def along_strand(node, socket_name, as_value):
     return {"ramp": rising, "along": "share", "interpolation": "smooth" if way == "EASE" else "linear"}
 
 
-def _output_behind(socket):
-    """The name of the output that a socket is linked to, past reroutes."""
-    while socket.is_linked and socket.links:
-        link = socket.links[0]
-        if link.from_node.bl_idname != "NodeReroute":
-            return link.from_socket.name
-        socket = link.from_node.inputs[0]
-    return None
-
-
 def hair_material(material, name, warnings):
-    """Keys of a tress material, and the name of the color attribute that its strands take their color from, or None."""
+    """Keys of a tress material, and the socket that its strands are to take their color from (bake.py), or None."""
     who = f"material {material.name}" if material else "hair without a material"
     keys = {"name": name}
     if material is None or not material.use_nodes:
@@ -119,22 +111,26 @@ def hair_material(material, name, warnings):
         keys["principled"] = _hair_from_surface(node, who, warnings)
         return keys, None
     said = lambda names, usual: value(node, names if isinstance(names, tuple) else (names,), usual, warnings, who)
-    principled, attribute = {}, None
+    principled, varied = {}, None
     way = node.parametrization
     if way == "ABSORPTION":
         principled["sigma_a"] = said("Absorption Coefficient", [0.245, 0.52, 1.365])
     elif way == "MELANIN":
         # A color stands for a value by its luminance.
-        gray = lambda color: float(np.dot(color, (0.2126, 0.7152, 0.0722)))
+        gray = lambda color: float(np.dot(color, LUMINANCE))
         principled["melanin"] = along_strand(node, "Melanin", gray) or said("Melanin", 0.8)
         principled["redness"] = said("Melanin Redness", 1.0)
         tint = said("Tint", [1.0, 1.0, 1.0])
         if tint != [1.0, 1.0, 1.0]:
             principled["tint"] = tint
     else:
-        attribute = color_attribute(node, "Color")
         along = along_strand(node, "Color", list)
-        principled["color"] = along or ("file" if attribute is not None else said("Color", [0.018, 0.006, 0.002]))
+        linked = _behind(node.inputs["Color"])
+        if along is None and linked is not None and linked.bl_idname not in PLAIN_NODES:
+            varied = node.inputs["Color"]
+            principled["color"] = plain(varied.default_value)
+        else:
+            principled["color"] = along or said("Color", [0.018, 0.006, 0.002])
     principled["roughness"] = said("Roughness", 0.3)
     principled["eta"] = said("IOR", 1.55)
     principled["offset_deg"] = math.degrees(said("Offset", math.radians(2)))
@@ -151,7 +147,7 @@ def hair_material(material, name, warnings):
         principled["random_color"] = said("Random Color", 0.0)
     principled["random_roughness"] = said("Random Roughness", 0.0)
     keys["principled"] = principled
-    return keys, attribute
+    return keys, varied
 
 
 def _hair_from_surface(node, who, warnings):
@@ -202,13 +198,13 @@ def clamp3(color):
 
 
 def _albedo(socket, folder, who, warnings):
-    behind = _behind(socket)
-    if behind is not None and behind.bl_idname == "ShaderNodeTexImage" and behind.image is not None:
-        return {"albedo_file": image_file(behind.image, folder)}
-    if behind is not None and behind.bl_idname == "ShaderNodeRGB":
-        return {"albedo": clamp3(behind.outputs[0].default_value)}
-    if behind is not None:
-        warnings(f"{who}: its color is linked to {behind.bl_label}, which is not handed over: the socket's is used")
+    linked = _behind(socket)
+    if linked is not None and linked.bl_idname == "ShaderNodeTexImage" and linked.image is not None:
+        return {"albedo_file": image_file(linked.image, folder)}
+    if linked is not None and linked.bl_idname == "ShaderNodeRGB":
+        return {"albedo": clamp3(linked.outputs[0].default_value)}
+    if linked is not None:
+        warnings(f"{who}: its color is linked to {linked.bl_label}, which is not handed over: the socket's is used")
     return {"albedo": clamp3(socket.default_value)}
 
 
@@ -230,8 +226,13 @@ def image_pixels(image):
     pixels = pixels.reshape(height, width, image.channels)[::-1]
     pixels = pixels[:, :, :3] if image.channels >= 3 else np.repeat(pixels[:, :, :1], 3, 2)
     if not image.is_float and image.colorspace_settings.name == "sRGB":
-        pixels = np.where(pixels <= 0.04045, pixels / 12.92, ((np.maximum(pixels, 0) + 0.055) / 1.055) ** 2.4)
+        pixels = linear(pixels)
     return np.maximum(pixels, 0)
+
+
+def linear(encoded):
+    """Of sRGB."""
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((np.maximum(encoded, 0) + 0.055) / 1.055) ** 2.4)
 
 
 def environment(world, folder, warnings):

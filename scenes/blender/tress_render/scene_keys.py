@@ -130,6 +130,24 @@ def spot(matrix, cm, color, watts, radius, cone, blend):
                      "radiance": triple(radiance)}}
 
 
+def link(collection, names_of):
+    """`include` or `exclude` of light_link or shadow_link, or None: a collection of Blender 4.0 and later whose members
+    have a state each. names_of(object): what it is called in the scene."""
+    found = [(state, names_of(ob)) for ob, state in _members(collection)]
+    of = lambda asked: {name for state, names in found if state == asked for name in names}
+    if any(state == "INCLUDE" for state, _ in found):
+        return {"include": sorted(of("INCLUDE") - of("EXCLUDE"))}
+    return {"exclude": sorted(of("EXCLUDE"))} if found else None
+
+
+def _members(collection, state=None):
+    """The state of a collection in another is that of all that is in it."""
+    for ob, entry in zip(collection.objects, collection.collection_objects):
+        yield ob, state or entry.light_linking.link_state
+    for child, entry in zip(collection.children, collection.collection_children):
+        yield from _members(child, state or entry.light_linking.link_state)
+
+
 def environment_map(file, strength, turn):
     """A latitude-longitude picture whose middle is seen along +x. turn: of the picture, radians, from above."""
     degrees = (90 + math.degrees(turn) + 180) % 360 - 180

@@ -147,14 +147,20 @@ function drawRow(row) {
   if (row.phi_deg) rowCharts(at('row-charts'), row);
 }
 
-/** Values of the sliders that were moved; the change that was sent and not shown yet, when, and whether another waits. */
+/** Values of the sliders that were moved, and the color if it was edited; the change that was sent and not shown yet, when, and whether another waits. */
 const look = {moved: {}, sent: 0, sentAt: 0, waits: false, seconds: null};
-function makeSliders(sliders) {
+function makeSliders(sliders, color) {
   at('look').hidden = false;
+  colorEditor(at('color'), color, (edited) => { look.color = edited; delete look.moved.melanin; sendLook(); });
   for (const {name, label, least, most, step, value} of sliders) {
     const box = element('label'), input = element('input'), output = element('output', short(value));
     Object.assign(input, {type: 'range', id: `slider-${name}`, min: least, max: most, step, value});
-    input.addEventListener('input', () => { output.textContent = input.value; look.moved[name] = Number(input.value); sendLook(); });
+    input.addEventListener('input', () => {
+      output.textContent = input.value;
+      look.moved[name] = Number(input.value);
+      if (name === 'melanin') delete look.color;
+      sendLook();
+    });
     box.append(element('span', label), output, input);
     at('sliders').append(box);
   }
@@ -167,7 +173,7 @@ async function sendLook() {
   look.waits = false;
   look.sent = -1;
   look.sentAt = performance.now();
-  const response = await fetch('control', {method: 'POST', headers: {'Content-Type': 'application/json'}, body: JSON.stringify({do: 'look', values: look.moved})});
+  const response = await fetch('control', {method: 'POST', headers: {'Content-Type': 'application/json'}, body: JSON.stringify({do: 'look', values: look.moved, color: look.color})});
   const answer = await response.json().catch(() => ({}));
   look.sent = answer.look || 0;
   if (answer.error) at('look-words').textContent = answer.error;
@@ -192,7 +198,8 @@ function seeLook(status) {
     look.sent = 0;
     look.seconds = (performance.now() - look.sentAt) / 1000;
     at('look-words').textContent = `The first picture of this look came after ${short(look.seconds)} s. As options:`;
-    at('look-options').textContent = Object.entries(look.moved).map(([name, x]) => `${lookOptions[name]} ${x}`).join(' ');
+    at('look-options').textContent = Object.entries(look.moved).map(([name, x]) => `${lookOptions[name]} ${x}`)
+      .concat(look.color ? [`--color '${Array.isArray(look.color) ? look.color : JSON.stringify(look.color)}'`] : []).join(' ');
   }
 }
 const lookOptions = {melanin: '--melanin', roughness: '--roughness', eccentricity: '--eccentricity', tilt: '--cuticle-tilt', lights: '--light-scale'};
@@ -226,7 +233,7 @@ async function turn() {
   isBusy = true;
   try {
     const status = await (await ask(`status?since=${next}`)).json();
-    if (status.sliders && status.sliders.length && at('look').hidden) makeSliders(status.sliders);
+    if (status.sliders && status.sliders.length && at('look').hidden) makeSliders(status.sliders, status.color);
     seeLook(status);
     passes.push(...status.passes);
     next = status.first + status.passes.length;

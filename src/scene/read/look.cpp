@@ -4,6 +4,7 @@
 
 #include "scene/model/hair_colors.h"
 #include "scene/model/strand_fibers.h"
+#include "scene/read/source_reader.h"
 #include "tress/fiber/lock_color.h"
 
 namespace tress::scene {
@@ -12,7 +13,7 @@ namespace {
 void style(const Overrides& overrides, Material* material) {
   fiber::FiberParameters& fiber = material->fiber;
   const bool pigment = overrides.melanin || overrides.sigma_a || overrides.hair;
-  if (overrides.color || pigment) material->pigment.reset();
+  if (overrides.color || overrides.color_source || pigment) material->pigment.reset();
   const auto fix = [&](FiberNumber number) { material->numbers[static_cast<std::size_t>(number)].reset(); };
   if (overrides.eccentricity) {
     fiber.eccentricity = *overrides.eccentricity;
@@ -28,6 +29,8 @@ void style(const Overrides& overrides, Material* material) {
   }
   if (pigment) material->color.reset();
   if (overrides.color) material->color = overrides.color;
+  if (overrides.color_source)
+    material->color = take_pigment(*parse_color(*overrides.color_source), fiber::sigma_a_of_lock, material);
   if (material->color) fiber.sigma_a = fiber::sigma_a_of_lock(*material->color, fiber);
   if (overrides.melanin)
     fiber.sigma_a = fiber::sigma_a_from_melanin(overrides.melanin->first, overrides.melanin->second);

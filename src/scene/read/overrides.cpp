@@ -4,6 +4,7 @@
 
 #include "scene/model/parameters.h"
 #include "scene/read/assembly.h"
+#include "scene/read/source_reader.h"
 
 namespace tress::scene {
 
@@ -28,6 +29,8 @@ std::optional<Error> fault_of(const Overrides& o) {
   };
   check("--rotate", o.environment_rotate_deg);
   check("--color", o.color);
+  if (!error && o.color_source)
+    if (const auto source = parse_color(*o.color_source); !source) error = source.error();
   check("--melanin", o.melanin);
   check("--sigma-a", o.sigma_a);
   check("--eccentricity", o.eccentricity);

@@ -17,6 +17,7 @@ struct Overrides {
   std::optional<std::string> environment_file = {};
   std::optional<double> environment_rotate_deg = {};
   std::optional<glm::vec3> color = {};
+  std::optional<std::string> color_source = {};  ///< in place of `color`: a text for parse_color()
   std::optional<std::pair<float, float>> melanin = {};
   std::optional<glm::vec3> sigma_a = {};
   std::optional<std::string> hair = {};  ///< one of hair_color_names()

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -108,6 +109,11 @@ class SourceReader {
   const glm::vec3 unit_;
 };
 
+bool needs_file(const Source& source) {
+  return source.kind == Source::Kind::texture || source.kind == Source::Kind::attribute ||
+         std::ranges::any_of(source.parts, needs_file);
+}
+
 }  // namespace
 
 ReadValue read_triple() {
@@ -137,6 +143,18 @@ float middle_of(const Source& source) {
 Source read_color_source(const JsonReader& json) {
   if (!json.is_text("color")) return read_source(json, "color", read_triple());
   return json.choice("color") ? Source{.kind = Source::Kind::attribute, .value = glm::vec3(1.0f)} : Source{};
+}
+
+Result<Source> parse_color(const std::string& json) {
+  const std::string material = "/materials/0", key = "color";
+  const nlohmann::json document{{key, nlohmann::json::parse(json, nullptr, false)}};
+  std::optional<Error> error;
+  Source source = read_source(JsonReader(document, material, "", &error), key, read_triple());
+  if (!error && needs_file(source))
+    error = Error{"", material + "/" + key, "a color without textures and attributes", json.substr(0, 64)};
+  if (!error) return source;
+  error->place.replace(0, material.size() + 1 + key.size(), "--color");
+  return *error;
 }
 
 std::optional<glm::vec3> take_pigment(Source source, decltype(Pigment::sigma_a) sigma_a, Material* material) {

@@ -8,6 +8,7 @@
 
 #include "scene/model/scene.h"
 #include "scene/read/json_reader.h"
+#include "tress/base/error.h"
 
 namespace tress::scene {
 
@@ -29,6 +30,10 @@ float middle_of(const Source& source);
 
 /// Reads the key "color": three numbers, a source of them, or "file" for the color of the file.
 Source read_color_source(const JsonReader& json);
+
+/// Parses JSON such as the key "color" of a material has, for --color. No textures and attributes: they come with
+/// files.
+Result<Source> parse_color(const std::string& json);
 
 /// Makes the source the absorption of the material if it varies. If it is a constant, returns that instead.
 std::optional<glm::vec3> take_pigment(Source source, decltype(Pigment::sigma_a) sigma_a, Material* material);
