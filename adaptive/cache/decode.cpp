@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -55,6 +56,11 @@ std::uint32_t bins_of(const SliceDescription& slice) {
 }
 
 }  // namespace
+
+bool is_model_name(std::string_view name) {
+  return !name.empty() && name.size() <= format::longest_model_name &&
+         std::ranges::all_of(name, [](char c) { return c >= ' ' && c <= '~'; });
+}
 
 std::string CacheReader::here(const ByteReader& in, std::size_t back) const {
   return section_name(where_) + (", " + byte(in.position() - back));
@@ -180,9 +186,7 @@ bool CacheReader::read_model() {
                 std::to_string(size));
   }
   model_ = in.text(size);
-  for (const char c : model_) {
-    if (c < ' ' || c > '~') return fail(here(in, size), "a name in printable ASCII", "another character");
-  }
+  if (!is_model_name(model_)) return fail(here(in, size), "a name in printable ASCII", "another character");
   return end_of(Section::model);
 }
 

@@ -18,8 +18,8 @@ std::uint64_t hash_of(const SampledExit& exit) {
 }  // namespace
 
 bool is_exit(const SampledExit& exit, std::uint32_t parts) {
-  return std::isfinite(exit.azimuth) && std::isfinite(exit.height) && std::isfinite(exit.weight) && exit.weight >= 0 &&
-         std::isfinite(exit.attribute) && exit.attribute >= 0 && exit.part < parts;
+  return std::isfinite(exit.azimuth) && std::isfinite(exit.height) && exit.weight >= 0 &&
+         exit.weight <= largest_weight && std::isfinite(exit.attribute) && exit.attribute >= 0 && exit.part < parts;
 }
 
 void HeardExits::add(std::uint32_t node, const SampledExit& exit) const {

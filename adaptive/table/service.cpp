@@ -27,11 +27,12 @@ std::unique_ptr<const TracedNodes> Service::Table::trace(SliceId slice, std::uin
                               [&] { target_->trace(of.description, of.a_of(node), of.b_of(node), rays); }))
     return nullptr;
   const auto is_ray = [](const TracedRay& ray) {
-    return std::isfinite(ray.azimuth) && std::isfinite(ray.weight) && ray.weight >= 0 && std::isfinite(ray.attribute) &&
-           ray.attribute >= 0;
+    return std::isfinite(ray.azimuth) && ray.weight >= 0 && ray.weight <= largest_weight &&
+           std::isfinite(ray.attribute) && ray.attribute >= 0;
   };
   if (!std::ranges::all_of(rays, is_ray)) {
-    discipline_.note({"", "Target::trace", "rays that are finite, of a weight and attribute of 0 or more",
+    discipline_.note({"", "Target::trace",
+                      "rays that are finite, of a weight of 0 to 1e30 and an attribute of 0 or more",
                       "another at node " + std::to_string(node) + " of slice " + std::to_string(slice)});
     return nullptr;
   }

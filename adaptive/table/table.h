@@ -37,9 +37,11 @@ class Service::Table {
         learner_bytes_(options_.learner->make()->bytes()),
         light_(options_),
         discipline_(options_.check_passes) {
-    for (const Error& option : unusable_) log("Options::" + option.message());
     if (samples != nullptr)
       samples_ = std::make_unique<GuardedSamples>(*samples, [this](Error e) { discipline_.note(std::move(e)); });
+    for (const Error& option : unusable_) log("Options::" + option.message());
+    if (const std::string name = model_name(); !is_model_name(name))
+      log("model_name: expected 1 to 256 printable ASCII characters, so that a cache can be saved, found " + name);
   }
   ~Table() { report_memory(0); }
   Table(const Table&) = delete;

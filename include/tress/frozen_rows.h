@@ -388,6 +388,9 @@ TRESS_ANYWHERE inline float wrap(float x) {  // into [-pi, pi)
   return x >= -pi() && x < pi() ? x : -pi();
 }
 
+/// Any number as one in [0, 1).
+TRESS_ANYWHERE inline float uniform(float u) { return u >= 0 ? (u < 1 ? u : 0.99999994f) : 0; }
+
 struct Between {
   float density, mode, scale_below, scale_above;
 };
@@ -422,7 +425,7 @@ struct Layer {
   }
   /// The azimuth that has the share u of the mass before it, and the law there.
   TRESS_ANYWHERE float sample(float u, Between* law) const {
-    const float v = u * mass;
+    const float v = uniform(u) * mass;
     const int k = count_up_to(v, &Knot::below) - 1;
     const float here = (k + 1 < count ? knots[k + 1].below : mass) - knots[k].below;
     const float r = here > 0 ? clamp((v - knots[k].below) / here, 0, 0.99999994f) : 0.5f;
@@ -505,14 +508,14 @@ TRESS_ANYWHERE inline void add_densities(const Part& part, float x, float t, flo
     out[c] += (m0 + in_main * (m1 - m0)) * of_main + (b0 + in_broad * (b1 - b0)) * of_broad;
   }
 }
-/// Draws from density(): Ribbon::sample(). u in [0, 1).
+/// Draws from density(): Ribbon::sample(). u in [0, 1), clamped.
 TRESS_ANYWHERE inline void sample(const Part& part, float u_azimuth, float u_height, float* x, float* t) {
   const float v = u_azimuth * (part.main_mass + part.broad_mass);
   const bool from_main = v < part.main_mass || !(part.broad_mass > 0);
   const float share = from_main ? v / part.main_mass : (v - part.main_mass) / part.broad_mass;
   detail::Between law;
-  *x = (from_main ? detail::main_of(part) : detail::broad_of(part)).sample(share < 1 ? share : 0.99999994f, &law);
-  *t = detail::sample_height(from_main ? part.is_logistic != 0 : true, law, u_height);
+  *x = (from_main ? detail::main_of(part) : detail::broad_of(part)).sample(share, &law);
+  *t = detail::sample_height(from_main ? part.is_logistic != 0 : true, law, detail::uniform(u_height));
 }
 
 /// The masses of all parts.
@@ -587,7 +590,8 @@ TRESS_ANYWHERE inline Event begin(const Table& table, const Direction& wr, float
   const float folded = detail::clamp(is_beyond ? detail::pi() - from_axis : from_axis, 0, quarter);
   event.azimuth_sign = (wrapped < 0) != is_beyond ? -1.0f : 1.0f;
   const uint32_t last_b = table.count_b - 1;
-  const uint32_t b = static_cast<uint32_t>(folded * static_cast<float>(last_b / 1.5707963267948966) + xi2);
+  const uint32_t b =
+      static_cast<uint32_t>(folded * static_cast<float>(last_b / 1.5707963267948966) + detail::uniform(xi2));
   event.row = table.row_of[a * table.count_b + (b < last_b ? b : last_b)];
   return event;
 }
@@ -613,7 +617,8 @@ TRESS_ANYWHERE inline float pdf(const Table& table, const Event& event, const Di
   }
   return sum > 0 ? sum * detail::per_theta(wi.theta) / total_mass(row) : 0;
 }
-/// Draws by the masses of the table's rows, without absorption unless they are colored. u: three uniforms in [0, 1).
+/// Draws by the masses of the table's rows, without absorption unless they are colored. u: three uniforms in [0, 1),
+/// clamped.
 TRESS_ANYWHERE inline Direction sample(const Table& table, const Event& event, const float* u) {
   const Row& row = table.rows[event.row];
   float below = u[0] * total_mass(row), x = 0, t = 0;

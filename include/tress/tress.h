@@ -99,8 +99,10 @@ typedef int (*tress_draw_function)(void* user, const tress_place* place, uint64_
 
 /* What is to be learned. trace, draw or both; a null one means that there are no slices of that kind. */
 typedef struct tress_target {
-  const char* name; /* of what it computes and of the axes, "conductor-1": a cache of another name is refused; copied */
-  void* user;       /* passed to the callbacks */
+  /* Of what it computes and of the axes, "conductor-1": a cache of another name is refused. 1 to 256 printable ASCII
+     characters; copied. */
+  const char* name;
+  void* user; /* passed to the callbacks */
   tress_trace_function trace;
   tress_draw_function draw;
   uint32_t parts; /* the number of densities of a node of samples, 1 to 4 */
@@ -110,14 +112,19 @@ typedef struct tress_options {
   double epsilon;         /* > 0; relative squared L2 error at which a row of densities has converged */
   double sampled_epsilon; /* > 0; chi-square over mass at which a row of samples has */
   double picture_error;   /* >= 0; replaces both, by the light that is credited; 0: off */
-  size_t memory_bytes;    /* limit of the rows; beyond it, nodes are answered by their target */
-  float heard_share;      /* [0, 1]; share of the queries of TRESS_ROUGH at which the fiber is traced, as a test */
+  size_t memory_bytes;    /* limit of the rows and of what is made of them, 0.03 MB a row; beyond it, nodes are
+                             answered by their target */
+  float heard_share;      /* [0, 1]; largest share of the queries of TRESS_ROUGH at which the fiber is traced, as a
+                             test; less where it would make the picture noisier */
   uint64_t seed;
-  uint32_t threads; /* of publish and of what else is parallel inside, at most 4,096; 0, or more than cores: all */
-  int check_passes; /* whether calls at a wrong time are noted, for the development of a host: ten times
-                       slower, and rows of samples count other queries, so that their table is another one */
-  void* user;       /* passed to the callbacks */
-  /* Every failure of a call with this service, by the thread that called. May be null, as the others. */
+  uint32_t threads;      /* of publish and of what else is parallel inside, at most 4,096; 0, or more than cores: all */
+  int learns_to_epsilon; /* whether rows of samples learn until they pass at sampled_epsilon, however often they are
+                            queried; 0: by their queries, and sampled_epsilon only decides what counts as converged */
+  int check_passes;      /* whether calls at a wrong time are noted, for the development of a host: ten times
+                            slower, and rows of samples count other queries, so that their table is another one */
+  void* user;            /* passed to the callbacks */
+  /* Every failure of a call with this service, by the thread that called, but those of calls that it makes itself.
+     May be null, as the others. */
   void (*on_error)(void* user, tress_result result, const char* message);
   void (*on_log)(void* user, const char* sentence); /* what a host may want to log and is no error */
   /* Called inside publish and prepare, by the thread that called those, before each portion of the work; done: the
@@ -237,7 +244,8 @@ typedef struct tress_report {
   uint64_t answered_queries;  /* those answered without the target */
   uint64_t rows_open, rows_converged, rows_refused;
   uint64_t bytes;              /* of rows, and of what is made of them */
-  int at_ceiling;              /* whether the memory limit holds rows back */
+  int at_ceiling;              /* whether the memory limit holds rows back, or answers had to be made again at each
+                                  query, which is slower than no rows: give more memory_bytes */
   double objective_p90;        /* error of the rows, nine in ten are below it */
   double bias_bound;           /* bound of the relative error of the picture's mean; 0 if no light was credited */
   double learning_cpu_seconds; /* of all threads of the process, during this publish */
@@ -251,7 +259,8 @@ TRESS_API tress_result tress_service_publish(tress_service* service, uint64_t pa
    sample, and then after each sample. Any thread, between parts: while others query, the answer depends on them. */
 TRESS_API int tress_service_publish_pays(const tress_service* service) TRESS_NOTHROW;
 /* Everything about the last publish as one JSON object, with the service's fields of a line of type "pass"
-   (adaptive/telemetry/README.md); "" before the first. Valid until the next publish or release. */
+   (adaptive/telemetry/README.md); "" before the first, so also where nothing is published. Valid until the next publish
+   or release. */
 TRESS_API const char* tress_service_telemetry(const tress_service* service) TRESS_NOTHROW;
 
 /* ---- Fibers ----------------------------------------------------------------------------------------------------- */

@@ -61,14 +61,18 @@ class Target {
   friend class Service;
   template <class Item, class Call, class Add, class List>
   static int asked(const Call& call, const Add& add, List* list) noexcept {
+#ifdef __cpp_exceptions
     try {
+#endif
       std::vector<Item> found;
       call(found);
       add(list, found.data(), found.size());
       return 1;
+#ifdef __cpp_exceptions
     } catch (...) {
       return 0;
     }
+#endif
   }
   static int trace_of(void* self, const tress_place* place, tress_rays* list) {
     return asked<tress_ray>([&](auto& out) { static_cast<const Target*>(self)->trace(*place, out); }, tress_add_rays,

@@ -16,7 +16,10 @@ namespace {
 int open_lock(const std::filesystem::path& path) {
   constexpr int flags = O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
   const int number = ::open(path.c_str(), O_RDWR | O_CREAT | flags, 0666);
-  return number < 0 && errno == EACCES ? ::open(path.c_str(), O_RDONLY | flags) : number;
+  if (number >= 0 || errno != EACCES) return number;
+  const int readable = ::open(path.c_str(), O_RDONLY | flags);
+  if (readable < 0) errno = EACCES;  // that there is no file is no reason: it could not be made
+  return readable;
 }
 
 }  // namespace

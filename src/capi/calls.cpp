@@ -11,16 +11,19 @@ namespace {
 
 // Not a std::string: there is always room for a message, and nothing to destroy when a thread ends.
 thread_local char last_message[1024] = "";
+thread_local bool is_listening = false;  ///< whether a listener of this thread is being called
 
 }  // namespace
 
 tress_result fail(const ErrorListener* listener, tress_result result, const char* message) noexcept {
   std::snprintf(last_message, sizeof last_message, "%s", message);
-  if (listener == nullptr || listener->call == nullptr) return result;
+  if (listener == nullptr || listener->call == nullptr || is_listening) return result;
+  is_listening = true;
   try {
     listener->call(listener->user, result, last_message);
   } catch (...) {  // a host's mistake that may not cross the interface; the code and the message stay
   }
+  is_listening = false;
   return result;
 }
 

@@ -133,9 +133,10 @@ FiberParameters parameters_of(const tress_fiber& from) {
 }
 
 Outcome wrong_range(const FiberParameters& parameters) {
-  const char* name = fiber::out_of_range(parameters);
-  if (name == nullptr) return {};
-  return invalid((std::string("tress_fiber::") + name).c_str(), "a number within its range", "another");
+  std::optional<Error> error = fiber::range_error(parameters);
+  if (!error) return {};
+  error->place = "tress_fiber::" + error->place;
+  return Refusal{TRESS_INVALID_ARGUMENT, std::move(*error)};
 }
 
 Outcome wrong_spectrum(const fiber::FiberModel& model, const float* sigma_a, const float* out, std::size_t channels) {

@@ -56,6 +56,7 @@ adaptive::Options options_of(const tress_options& settings) {
   options.memory_bytes = settings.memory_bytes;
   options.heard_share = settings.heard_share;
   options.seed = settings.seed;
+  options.learns_to_epsilon = settings.learns_to_epsilon != 0;
   options.check_passes = settings.check_passes != 0;
   if (settings.on_log != nullptr) {
     options.log = [call = settings.on_log, user = settings.user](const std::string& sentence) {
@@ -269,7 +270,7 @@ tress_report report_of(const adaptive::PassReport& pass) {
   report.rows_converged = pass.rows_converged;
   report.rows_refused = pass.rows_refused;
   report.bytes = pass.bytes;
-  report.at_ceiling = pass.at_ceiling ? 1 : 0;
+  report.at_ceiling = pass.at_ceiling || pass.forms_made_anew > 0 ? 1 : 0;
   report.objective_p90 = pass.objective_p90;
   report.bias_bound = pass.bias_bound;
   report.learning_cpu_seconds = pass.learning_cpu_seconds;
@@ -332,7 +333,9 @@ tress_result tress_service_create(const tress_target* target, const tress_option
                                   tress_service** service) noexcept {
   return create(options, service, [&](Session& session) -> Outcome {
     if (target == nullptr) return null("target");
-    if (target->name == nullptr || *target->name == '\0') return invalid("tress_target::name", "a name", "none");
+    if (target->name == nullptr) return null("tress_target::name");
+    if (!adaptive::is_model_name(target->name))
+      return invalid("tress_target::name", "1 to 256 printable ASCII characters", target->name);
     if (target->trace == nullptr && target->draw == nullptr)
       return invalid("tress_target", "trace, draw or both", "neither");
     if (target->draw != nullptr && (target->parts == 0 || target->parts > adaptive::SampledTarget::most_parts))

@@ -1,55 +1,88 @@
 #include "tress/fiber/parameter_ranges.h"
 
-#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <locale>
 #include <numbers>
 #include <optional>
+#include <sstream>
+#include <string>
 
 namespace tress::inline v0_2::fiber {
 namespace {
 
-/// False for NaN.
-bool is_within(float x, const ParameterRange& range) {
-  constexpr double rounding = 1e-5;
-  return double{x} >= range.least - rounding * std::abs(range.least) &&
-         double{x} <= range.most + rounding * std::abs(range.most);
+/// The first number that is out of its range.
+struct Misfit {
+  const char* name;  ///< of a member of FiberParameters
+  ParameterRange range;
+  double found;
+};
+
+class Check {
+ public:
+  /// Degrees that were converted to radians may be off in the last digits.
+  static constexpr double rounding = 1e-5;
+
+  void number(const char* name, float found, const ParameterRange& range) {
+    const double x = found, least = range.least - rounding * std::abs(range.least),
+                 most = range.most + rounding * std::abs(range.most);
+    if (!misfit && !(x >= least && x <= most)) misfit = Misfit{name, range, x};
+  }
+  void color(const char* name, const glm::vec3& found, const ParameterRange& range) {
+    for (const float channel : {found.x, found.y, found.z}) number(name, channel, range);
+  }
+  void angles(const char* name, const auto& found, const ParameterRange& degrees) {
+    constexpr double degree = std::numbers::pi / 180;
+    for (const std::optional<float> angle : found)
+      if (angle) number(name, *angle, {degrees.least * degree, degrees.most * degree});
+  }
+
+  std::optional<Misfit> misfit;
+};
+
+std::optional<Misfit> misfit_of(const FiberParameters& of) {
+  constexpr ParameterRange not_negative{0, std::numeric_limits<float>::max()}, gain{0, 1e30};
+  Check check;
+  check.number("eta", of.eta, eta_range);
+  check.number("eccentricity", of.eccentricity, eccentricity_range);
+  if (!check.misfit && of.eccentricity > 1) check.misfit = Misfit{"eccentricity", eccentricity_range, of.eccentricity};
+  check.number("roughness", of.roughness, roughness_range);
+  check.number("tilt", of.tilt, not_negative);
+  check.color("sigma_a", of.sigma_a, not_negative);
+  check.number("medulla_radius", of.medulla_radius, medulla_radius_range);
+  check.number("medulla_scattering", of.medulla_scattering, medulla_scattering_range);
+  check.number("medulla_asymmetry", of.medulla_asymmetry, medulla_asymmetry_range);
+  check.number("medulla_absorption", of.medulla_absorption, medulla_absorption_range);
+  check.angles("azimuthal_sigma", of.azimuthal_sigma, azimuthal_sigma_range_deg);
+  check.angles("longitudinal_lambda", of.longitudinal_lambda, longitudinal_lambda_range_deg);
+  if (of.published_widths) {
+    check.angles("published_widths", of.published_widths->azimuthal_sigma, azimuthal_sigma_range_deg);
+    check.angles("published_widths", of.published_widths->longitudinal_lambda, longitudinal_lambda_range_deg);
+  }
+  for (const glm::vec3& lobe : of.gain) check.color("gain", lobe, gain);
+  check.number("energy_path_share", of.energy_path_share, energy_path_share_range);
+  return check.misfit;
 }
 
-bool is_not_negative(const glm::vec3& color) {
-  const auto sound = [](float x) { return std::isfinite(x) && x >= 0; };
-  return sound(color.x) && sound(color.y) && sound(color.z);
-}
-
-bool are_angles(const auto& angles, const ParameterRange& degrees) {
-  constexpr double degree = std::numbers::pi / 180;
-  return std::ranges::all_of(angles, [&](const std::optional<float> angle) {
-    return !angle || is_within(*angle, {degrees.least * degree, degrees.most * degree});
-  });
+std::string text(double number) {
+  std::ostringstream digits;
+  digits.imbue(std::locale::classic());
+  digits << number;
+  return digits.str();
 }
 
 }  // namespace
 
 const char* out_of_range(const FiberParameters& parameters) {
-  if (!is_within(parameters.eta, eta_range)) return "eta";
-  if (!is_within(parameters.eccentricity, eccentricity_range) ||
-      double{parameters.eccentricity} > eccentricity_range.most)
-    return "eccentricity";
-  if (!is_within(parameters.roughness, roughness_range)) return "roughness";
-  if (!(std::isfinite(parameters.tilt) && parameters.tilt >= 0)) return "tilt";
-  if (!is_not_negative(parameters.sigma_a)) return "sigma_a";
-  if (!is_within(parameters.medulla_radius, medulla_radius_range)) return "medulla_radius";
-  if (!is_within(parameters.medulla_scattering, medulla_scattering_range)) return "medulla_scattering";
-  if (!is_within(parameters.medulla_asymmetry, medulla_asymmetry_range)) return "medulla_asymmetry";
-  if (!is_within(parameters.medulla_absorption, medulla_absorption_range)) return "medulla_absorption";
-  if (!are_angles(parameters.azimuthal_sigma, azimuthal_sigma_range_deg)) return "azimuthal_sigma";
-  if (!are_angles(parameters.longitudinal_lambda, longitudinal_lambda_range_deg)) return "longitudinal_lambda";
-  if (const auto& published = parameters.published_widths;
-      published && !(are_angles(published->azimuthal_sigma, azimuthal_sigma_range_deg) &&
-                     are_angles(published->longitudinal_lambda, longitudinal_lambda_range_deg)))
-    return "published_widths";
-  if (!std::ranges::all_of(parameters.gain, is_not_negative)) return "gain";
-  if (!is_within(parameters.energy_path_share, energy_path_share_range)) return "energy_path_share";
-  return nullptr;
+  const std::optional<Misfit> misfit = misfit_of(parameters);
+  return misfit ? misfit->name : nullptr;
+}
+
+std::optional<Error> range_error(const FiberParameters& parameters) {
+  const std::optional<Misfit> misfit = misfit_of(parameters);
+  if (!misfit) return std::nullopt;
+  return Error{"", misfit->name, "a number from " + text(misfit->range.least) + " to " + text(misfit->range.most),
+               text(misfit->found)};
 }
 
 }  // namespace tress::inline v0_2::fiber

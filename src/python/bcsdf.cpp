@@ -61,8 +61,7 @@ class Bcsdf {
     model_ = info_.make({used, learned_.service.get(), 0});
     const py::gil_scoped_release released;  // energies are traced here, which takes time
     fiber_ = model_->add_fiber(parameters);
-    if (fiber_ == fiber::no_fiber)
-      throw Raised({"", "material", "a fiber within its ranges", fiber::out_of_range(parameters)});
+    if (fiber_ == fiber::no_fiber) throw Raised(*fiber::range_error(parameters));
   }
 
   py::tuple evaluate(const py::array& theta_r, const py::array& phi_r, const py::array& theta_i, const py::array& phi_i,

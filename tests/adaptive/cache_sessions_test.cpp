@@ -8,8 +8,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <set>
@@ -196,7 +198,8 @@ TEST_F(CacheSessions, AReadOnlyFolderIsReportedAndLeftAlone) {
     const Result<CacheUpdate> update = merge_into_cache(file_, rows_of(0, 1, 2));
     const std::optional<Error> replaced = save_cache(file_, rows_of(0, 1, 2));
     const bool is_reported = !update && replaced && update.error().file == file_.string() &&
-                             update.error().message() == replaced->message() && !replaced->found.empty();
+                             update.error().message() == replaced->message() &&
+                             replaced->found == std::strerror(EACCES);
     ::_exit(is_reported && load_cache(file_, model) ? 0 : 1);
   }
   int status = 0;

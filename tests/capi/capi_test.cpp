@@ -660,6 +660,73 @@ TEST(CInterface, BatchesOfFibersAndValuesWithoutAnEvent) {
   tress_service_release(service);
 }
 
+TEST(CInterface, NamesThatNoCacheCanHaveAreRefusedAtOnce) {
+  for (const std::string& name :
+       {std::string(), std::string("m\xc3\xa4hne"), std::string("a\nb"), std::string(257, 'a')}) {
+    Host host;
+    host.target.name = name.c_str();
+    EXPECT_EQ(host.create(), TRESS_INVALID_ARGUMENT) << name;
+    EXPECT_EQ(host.service, nullptr);
+  }
+  Host host;
+  const std::string longest(256, 'a');
+  host.target.name = longest.c_str();
+  EXPECT_EQ(host.create(), TRESS_OK);
+}
+
+TEST(CInterface, MessagesHaveTheRangeAndWhatWasFound) {
+  tress_fibers* fibers = nullptr;
+  ASSERT_EQ(tress_fibers_create(nullptr, TRESS_ROUGH, TRESS_EXACT, &fibers), TRESS_OK);
+  tress_fiber fiber;
+  tress_fiber_init(&fiber);
+  fiber.eta = 1;
+  std::uint32_t id = 0;
+  EXPECT_EQ(tress_fibers_add(fibers, &fiber, &id), TRESS_INVALID_ARGUMENT);
+  EXPECT_STREQ(tress_last_error(), "tress_fiber::eta: expected a number from 1.05 to 3, found 1");
+  tress_fiber_init(&fiber);
+  fiber.gain[0][1] = std::numeric_limits<float>::max();
+  EXPECT_EQ(tress_fibers_add(fibers, &fiber, &id), TRESS_INVALID_ARGUMENT);
+  EXPECT_STREQ(tress_last_error(), "tress_fiber::gain: expected a number from 0 to 1e+30, found 3.40282e+38");
+  tress_fibers_release(fibers);
+  Host host;
+  host.options.threads = 100000;
+  EXPECT_EQ(host.create(), TRESS_INVALID_ARGUMENT);
+  EXPECT_STREQ(tress_last_error(), "tress_options::threads: expected a number from 0 to 4096, found 100000");
+}
+
+TEST(CInterface, AFailureInsideOnErrorIsNotReportedToItAgain) {
+  Host host;
+  static int calls;
+  calls = 0;
+  host.options.on_error = [](void* user, tress_result, const char*) {
+    ++calls;
+    EXPECT_EQ(tress_service_load(static_cast<Host*>(user)->service, "/no/such/file"), TRESS_FILE_MISSING);
+  };
+  ASSERT_EQ(host.create(), TRESS_OK);
+  for (int i = 1; i <= 3; ++i) {
+    EXPECT_EQ(tress_service_load(host.service, nullptr), TRESS_INVALID_ARGUMENT);
+    EXPECT_EQ(calls, i);
+  }
+}
+
+TEST(CInterface, RowsOfSamplesLearnToTheirEpsilonIfAsked) {
+  std::uint64_t learned[2] = {};
+  for (const int to_epsilon : {0, 1}) {
+    Host host;
+    host.options.learns_to_epsilon = to_epsilon;
+    ASSERT_EQ(host.create(), TRESS_OK);
+    tress_report report;
+    for (int pass = 0; pass < 6; ++pass) {
+      const float u[3] = {0.5f, 0.5f, 0.5f};
+      tress_value value;
+      for (int i = 0; i < 16; ++i) (void)tress_service_sample(host.service, {host.samples, 1, 1}, u, &value);
+      EXPECT_EQ(tress_service_publish(host.service, 1, &report), TRESS_OK);
+    }
+    learned[to_epsilon] = report.rows_converged;
+  }
+  EXPECT_GT(learned[1], learned[0]);
+}
+
 TEST(CInterface, FilesThatAreNoCachesAreRefused) {
   const std::string file = ::testing::TempDir() + "/no.cache";
   Host host, named;

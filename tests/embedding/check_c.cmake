@@ -21,6 +21,18 @@ foreach(program wrapper pbrt_hair)
   run(${WORK}/${program} ${WORK}/${program}.cache)
 endforeach()
 
+# A host without exceptions has the wrapper, too.
+run(${COMPILER} -std=c++17 -fno-exceptions -fno-rtti ${options} -fsyntax-only ${CMAKE_CURRENT_LIST_DIR}/wrapper.cpp)
+
+# Settings of glm with which a vector is passed in another way than in the library are refused by the compiler.
+foreach(setting GLM_FORCE_CTOR_INIT GLM_FORCE_SWIZZLE GLM_FORCE_DEFAULT_ALIGNED_GENTYPES)
+  execute_process(COMMAND ${COMPILER} -std=c++20 -I${include} -D${setting} -DGLM_FORCE_INTRINSICS -fsyntax-only
+    ${CMAKE_CURRENT_LIST_DIR}/fiber.cpp RESULT_VARIABLE result ERROR_VARIABLE message)
+  if(result EQUAL 0 OR NOT message MATCHES "tress needs glm's")
+    message(FATAL_ERROR "expected that ${setting} is refused, found: ${message}")
+  endif()
+endforeach()
+
 # Rows without the library, from the cache that the example has saved: by the CUDA compiler where there is one.
 find_program(nvcc nvcc PATHS /usr/local/cuda/bin)
 set(frozen ${CMAKE_CURRENT_LIST_DIR}/frozen.cpp -I${include} -o ${WORK}/frozen)

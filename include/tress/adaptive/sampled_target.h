@@ -16,14 +16,14 @@ struct SampledExit {
   float azimuth;       ///< radians, any turn
   float height;        ///< place along the axis of the cylinder, any finite number (hair: asinh tan theta_i, shifted)
   std::uint32_t part;  ///< index of one of the node's densities, < SampledTarget::parts()
-  float weight;        ///< share of unit flux, >= 0, finite
+  float weight;        ///< share of unit flux, 0 to largest_weight
   float attribute;     ///< the same as TracedRay::attribute, >= 0
 };
 
 /// A target known by samples only. Each node has parts() densities over (azimuth, height), each with its own mass: the
 /// mean over paths of the sum of the weights of its exits. Draws are checked. A node becomes a refused row if its draws
-/// have a weight that is negative or not finite, a place that is not finite, a part that does not exist, or no mass at
-/// all.
+/// have a weight that is negative, not a number or above largest_weight, a place that is not finite, a part that does
+/// not exist, or no mass at all.
 class SampledTarget {
  public:
   static constexpr std::uint32_t most_parts = 4;

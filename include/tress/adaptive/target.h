@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tress/adaptive/mixture.h"
@@ -68,10 +69,16 @@ struct SliceDescription {
   std::uint32_t node_count() const { return static_cast<std::uint32_t>(axis_a.size() * axis_b.size()); }
 };
 
+/// Whether a target may have the name, so that a cache can be saved: 1 to 256 printable ASCII characters.
+bool is_model_name(std::string_view name);
+
+/// The largest weight of a ray or exit, so that sums of them are finite.
+constexpr float largest_weight = 1e30f;
+
 /// One ray of a traced node: `weight` of the target's mass leaves at `azimuth`.
 struct TracedRay {
   float azimuth;    ///< radians, any turn
-  float weight;     ///< mass, >= 0
+  float weight;     ///< mass, 0 to largest_weight
   float attribute;  ///< a value to be averaged for each component, >= 0 (hair: internal path length)
 };
 
@@ -85,7 +92,8 @@ class Target {
   /// Appends the rays of a node. Pure: the same node always gives the same rays. Any thread.
   virtual void trace(const SliceDescription& slice, float a, float b, std::vector<TracedRay>& out) const = 0;
 
-  /// The name of what trace() computes and of the axes, e.g. "elliptical-1". Caches of other models are refused.
+  /// The name of what trace() computes and of the axes, e.g. "elliptical-1". Caches of other models are refused. See
+  /// is_model_name().
   virtual std::string model_name() const = 0;
 };
 

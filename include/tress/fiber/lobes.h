@@ -15,6 +15,9 @@ constexpr std::array<const char*, lobe_count> lobe_names{"R", "TT", "TRT", "TRRT
 /// bytes than were written.
 static_assert(sizeof(glm::vec3) == 3 * sizeof(float) && alignof(glm::vec3) == alignof(float),
               "tress needs glm's packed types: include its headers without GLM_FORCE_DEFAULT_ALIGNED_GENTYPES");
+/// Nor with constructors that initialize, or members for swizzles: both pass a vector in other registers.
+static_assert(std::is_trivial_v<glm::vec3> && GLM_CONFIG_SWIZZLE != GLM_SWIZZLE_OPERATOR,
+              "tress needs glm's plain types: include its headers without GLM_FORCE_CTOR_INIT and GLM_FORCE_SWIZZLE");
 
 /// Linear RGB per lobe.
 using LobeColors = std::array<glm::vec3, lobe_count>;

@@ -1,6 +1,9 @@
 // The ranges of FiberParameters, defined here only.
 #pragma once
 
+#include <optional>
+
+#include "tress/base/error.h"
 #include "tress/fiber/parameters.h"
 
 namespace tress::inline v0_2::fiber {
@@ -28,5 +31,7 @@ inline constexpr ParameterRange gain_range{0, 100};
 /// range or not finite. Ends of ranges have a relative tolerance of 1e-5, for degrees that were converted to radians.
 /// Any thread.
 const char* out_of_range(const FiberParameters& parameters);
+/// The same with the range and what was found; angles in radians. Its place is the member's name.
+std::optional<Error> range_error(const FiberParameters& parameters);
 
 }  // namespace tress::inline v0_2::fiber
