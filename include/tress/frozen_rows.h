@@ -15,8 +15,8 @@
 //
 // The host makes up for what a cache has not: gains, a glint apart from TRT, and the energies by which the library
 // corrects rows of few paths. The rows of the library for one color are packed more coarsely: S of a direction differs
-// by 1 % at the median, 5 % at 90 % and 30 % at most. Masses are those of the row's paths; divide by their sum for a
-// clear fiber that keeps all light to rounding.
+// by 1 % at the median, 5 % at 90 % and 30 % at most, for rows of many paths. Masses are those of the row's paths;
+// divide by their sum for a clear fiber that keeps all light to rounding.
 #pragma once
 
 #include <math.h>

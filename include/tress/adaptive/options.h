@@ -26,10 +26,10 @@ struct Options {
   /// where events are.
   bool learns_to_epsilon = false;
   /// Replaces one epsilon for all rows: the relative error that the fits may cause in the light of the picture, under
-  /// light like that of a sky. PassReport::bias_bound is at most ten times it. Each row then has its own epsilon by the
-  /// light that it carries (Service::credit), and one that carries almost none is never fitted. Until the light of a
-  /// cached row is known, `epsilon` decides whether it is used. 0: off. Epsilons
-  /// of rows of samples are within [0.005, 0.5].
+  /// light like that of a sky. PassReport::bias_bound of rows of densities is at most ten times it. Each row then has
+  /// its own epsilon by the light that it carries (Service::credit), and one that carries almost none is never fitted.
+  /// Until the light of a cached row is known, `epsilon` decides whether it is used. 0: off. Epsilons of rows of
+  /// samples are within [0.005, 0.5].
   double picture_error = 0;
   /// Limit in bytes for rows, sketches, traced nodes and their memo, and forms of rows. Beyond it no row is created,
   /// and forms of rows are not kept; forms make room for rows at a publish(). The index of the slices, 32 bytes per
