@@ -152,6 +152,7 @@ std::uint32_t strand_matte_bits(const scene::Groom& groom, std::uint32_t instanc
 void add_strand_mattes(const Film& film, image::Picture* picture) {
   if (!film.data_layers().has(DataLayer::strand_mattes)) return;
   const MatteKind kind{data_layer_names[static_cast<std::size_t>(DataLayer::strand_mattes)], {}};
+  picture->metadata["cryptomatte/" + kind.key() + "/manifest"] = manifest_of(kind);
   add_ranks(
       film, film.strand_counts(), kind, strand_ranks, [](std::uint32_t bits) { return std::bit_cast<float>(bits); },
       picture);

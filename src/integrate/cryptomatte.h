@@ -49,7 +49,7 @@ void add_mattes(const Film& film, const MatteKind& kind, image::Picture* picture
 std::uint32_t strand_matte_bits(const scene::Groom& groom, std::uint32_t instance, std::uint32_t strand);
 
 /// Adds the layers of strands, CryptoStrand00 to CryptoStrand05, if the film counts them. Equal shares are ranked in
-/// the order of their ids. There is no manifest, which the specification allows: an id follows from its name.
+/// the order of their ids. The manifest is empty, which the specification allows: an id follows from its name.
 void add_strand_mattes(const Film& film, image::Picture* picture);
 
 }  // namespace tress::integrate
