@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "scene/generate/groom_kinds.h"
 #include "scene/read/assembly.h"
@@ -60,6 +61,28 @@ TEST(GeneratedGrooms, AreFiniteAndOfTheSizeTheyState) {
     for (const float radius : groom.radius_cm) ASSERT_GT(radius, 0) << kind;
     for (std::uint32_t s = 0; s < 300; ++s) ASSERT_GT(strand_length(groom, s), 0.1f) << kind << " " << s;
   }
+}
+
+TEST(GeneratedGrooms, HaveRootUvForTextures) {
+  for (const std::string& kind : generated_groom_kinds()) {
+    const Groom groom = generate_groom({.kind = kind, .strands = 300});
+    ASSERT_EQ(groom.root_uv.size(), 300u) << kind;
+    for (const glm::vec2& uv : groom.root_uv)
+      ASSERT_TRUE(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1) << kind << " " << uv.x << " " << uv.y;
+  }
+  // Seen from outside the picture is upright: the left ear (+x, the face towards +y) is left of the face, the top high.
+  const Groom fur = generate_groom({.kind = "fur_ball", .strands = 300});
+  for (std::uint32_t s = 0; s < 300; ++s) {
+    const glm::vec3 root = glm::normalize(fur.points[fur.first_point[s]]);
+    const glm::vec2 uv = fur.root_uv[s];
+    EXPECT_NEAR(uv.y, 0.5f + std::asin(root.z) / std::numbers::pi_v<float>, 1e-5f);
+    EXPECT_EQ(root.x > 0, uv.x < 0.5f) << root.x;
+    EXPECT_EQ(root.y > 0, uv.x > 0.25f && uv.x < 0.75f) << root.y;
+  }
+  const Groom curtain = generate_groom({.kind = "curtain", .strands = 300});
+  const auto right = std::ranges::max_element(curtain.root_uv, {}, &glm::vec2::x) - curtain.root_uv.begin();
+  for (std::uint32_t s = 0; s < 300; ++s)
+    EXPECT_LE(curtain.points[curtain.first_point[s]].x, curtain.points[curtain.first_point[std::size_t(right)]].x);
 }
 
 TEST(GeneratedGrooms, StandTheEndsOfEveryRange) {

@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <limits>
 
+#include "base/pi.h"
 #include "scene/generate/groom_kinds.h"
 #include "scene/model/parameters.h"
 
@@ -78,6 +82,29 @@ const Kind& kind_of(const std::string& name) {
   return found == kinds().end() ? kinds().back() : *found;
 }
 
+/// Root uv of strands around the origin: longitude, with +y (the face) at 0.5, and latitude.
+void map_round(Groom* groom) {
+  for (std::size_t s = 0; s < groom->root_uv.size(); ++s) {
+    const glm::vec3 root = glm::normalize(groom->points[groom->first_point[s]]);
+    groom->root_uv[s] = {std::clamp(0.5f + std::atan2(-root.x, root.y) / (2 * pi_f), 0.0f, 1.0f),
+                         0.5f + std::asin(std::clamp(root.z, -1.0f, 1.0f)) / pi_f};
+  }
+}
+
+/// Root uv of strands that hang: the roots' box seen from above, with x to the right and y upwards.
+void map_flat(Groom* groom) {
+  constexpr float large = std::numeric_limits<float>::max();
+  glm::vec2 least(large), most(-large);
+  for (std::size_t s = 0; s < groom->root_uv.size(); ++s) {
+    groom->root_uv[s] = glm::vec2(groom->points[groom->first_point[s]]);
+    least = glm::min(least, groom->root_uv[s]);
+    most = glm::max(most, groom->root_uv[s]);
+  }
+  for (glm::vec2& uv : groom->root_uv) {
+    for (int i = 0; i < 2; ++i) uv[i] = most[i] > least[i] ? (uv[i] - least[i]) / (most[i] - least[i]) : 0.5f;
+  }
+}
+
 }  // namespace
 
 const std::vector<std::string>& generated_groom_kinds() {
@@ -119,6 +146,9 @@ Groom generate_groom(const GroomRecipe& recipe) {
   }
   Groom groom = kind.generate(shape);
   groom.name = recipe.kind;
+  groom.root_uv.resize(groom.strand_count());
+  const bool is_round = kind.generate == head_groom || kind.generate == layered_hair || kind.generate == fur_ball;
+  is_round ? map_round(&groom) : map_flat(&groom);
   return groom;
 }
 

@@ -36,8 +36,9 @@ std::uint32_t usual_strands(const std::string& kind);
 std::uint32_t points_per_strand(const GroomRecipe& recipe);
 
 /// Makes a groom: z up, centimetres. The same recipe gives the same points. Radii are those of the recipe along the
-/// whole strand, except for the finer undercoat of fur. kind must be known. Lengths are measured along the fall: waves
-/// and curls take more hair.
+/// whole strand, except for the finer undercoat of fur. Roots have uv in [0, 1]: around the origin longitude (+y at
+/// 0.5, -x to its right) and latitude, of hanging strands x and y of the box of their roots. kind must be known.
+/// Lengths are measured along the fall: waves and curls take more hair.
 /// - curly_lock: helices of varying phase, clumped in one lock that hangs from z = 0.
 /// - straight, wavy, curly: rooted on the scalp of a head of 9 cm around the origin, parted along x = 0, with the face
 ///   towards +y (a camera at -y sees the back of the head). They fall under gravity along the head and are clumped

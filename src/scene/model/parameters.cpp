@@ -364,7 +364,7 @@ constexpr Parameter table[] = {
     Parameter{"/SOURCE/seed", "", whole, seeds, "", "", "0", "of `random`: other strands for another number"},
     Parameter{"/SOURCE/attribute", "", text, none, "", "", "", "name of an attribute of the groom's file"},
     Parameter{"/SOURCE/texture", "", text, none, "", "", "",
-              "a path to a PNG or EXR over the root uv of the groom's file"},
+              "a path to a PNG or EXR over the root uv of the groom"},
     Parameter{"/SOURCE/space", "", choice, none, "", "srgb, linear", "srgb",
               "of a PNG: its numbers are colors as sRGB has them, or shares of the largest, as of a mask"},
     Parameter{"/materials/N/azimuthal_sigma_deg", "", numbers_by_name, of(fiber::azimuthal_sigma_range_deg), degrees,

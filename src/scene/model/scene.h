@@ -256,7 +256,7 @@ struct Groom {
   /// along a strand, else per strand. Empty unless its material uses one.
   std::vector<glm::vec3> color;
   std::vector<std::int64_t> id = {};    ///< per strand, from the file; empty: by their index
-  std::vector<glm::vec2> root_uv = {};  ///< per strand, from the file, or empty
+  std::vector<glm::vec2> root_uv = {};  ///< per strand, from the file or generated, or empty
   /// Per point: the file's direction of the minor axis of the cross-section, unit, or 0 if it has none; interpolated as
   /// the points are. Empty: axes are the material's.
   std::vector<glm::vec3> minor_axis = {};
