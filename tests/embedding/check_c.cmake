@@ -22,7 +22,7 @@ foreach(program wrapper pbrt_hair)
 endforeach()
 
 # A host without exceptions has the wrapper, too.
-run(${COMPILER} -std=c++17 -fno-exceptions -fno-rtti ${options} -fsyntax-only ${CMAKE_CURRENT_LIST_DIR}/wrapper.cpp)
+run(${COMPILER} -std=c++17 -fno-exceptions -fno-rtti ${options} -fsyntax-only ${CMAKE_CURRENT_LIST_DIR}/pbrt_hair.cpp)
 
 # Settings of glm with which a vector is passed in another way than in the library are refused by the compiler.
 foreach(setting GLM_FORCE_CTOR_INIT GLM_FORCE_SWIZZLE GLM_FORCE_DEFAULT_ALIGNED_GENTYPES)
