@@ -41,7 +41,7 @@ class Check {
 };
 
 std::optional<Misfit> misfit_of(const FiberParameters& of) {
-  constexpr ParameterRange not_negative{0, std::numeric_limits<float>::max()}, gain{0, 1e30};
+  constexpr ParameterRange not_negative{0, std::numeric_limits<float>::max()};
   Check check;
   check.number("eta", of.eta, eta_range);
   check.number("eccentricity", of.eccentricity, eccentricity_range);
@@ -59,7 +59,7 @@ std::optional<Misfit> misfit_of(const FiberParameters& of) {
     check.angles("published_widths", of.published_widths->azimuthal_sigma, azimuthal_sigma_range_deg);
     check.angles("published_widths", of.published_widths->longitudinal_lambda, longitudinal_lambda_range_deg);
   }
-  for (const glm::vec3& lobe : of.gain) check.color("gain", lobe, gain);
+  for (const glm::vec3& lobe : of.gain) check.color("gain", lobe, not_negative);
   check.number("energy_path_share", of.energy_path_share, energy_path_share_range);
   return check.misfit;
 }

@@ -129,9 +129,9 @@ TEST(LearnStage, ReportsWhatIsNoTarget) {
     return PathTarget(2, [exit](RandomStream&, std::vector<SampledExit>& out) { out.push_back(exit); });
   };
   for (const SampledExit& exit : {SampledExit{0, 0, 2, 1, 0}, SampledExit{0, 0, 0, nan, 0}, SampledExit{0, 0, 0, 0, 0},
-                                  SampledExit{0, 0, 0, 3e38f, 0}}) {
+                                  SampledExit{0, 0, 0, 3e38f, 0}, SampledExit{0, 0, 0, largest_weight, 0}}) {
     const StagedRow row = learn_stage(always(exit), SliceDescription{}, 0, 0, 512, 0, nullptr, nullptr);
-    EXPECT_EQ(row.usable, exit.weight == 3e38f);
+    EXPECT_EQ(row.usable, exit.weight == largest_weight);
   }
   EXPECT_FALSE(learn_stage(PathTarget(5, nullptr), SliceDescription{}, 0, 0, 512, 0, nullptr, nullptr).usable);
   EXPECT_TRUE(learn_stage(always({1, 0.3f, 1, 0.5f, 2}), SliceDescription{}, 0, 0, 512, 0, nullptr, nullptr).usable);
