@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdint>
 #include <glm/geometric.hpp>
 #include <string>
 #include <utility>
@@ -10,6 +12,7 @@
 
 #include "scene/model/strand_fibers.h"
 #include "scene/read/scene_file.h"
+#include "tress/base/random.h"
 #include "tress/fiber/lock_color.h"
 
 namespace tress::scene {
@@ -155,6 +158,28 @@ TEST(Sources, MixAndNest) {
   expect_near(absorption(file, {.attribute = glm::vec3(0.5f)}), fiber::sigma_a_of_lock(glm::vec3(0.3f), file.fiber));
 }
 
+TEST(Sources, AddUp) {
+  const Material material =
+      material_of(R"("sigma_a": {"sum": [[1, 2, 3], {"ramp": [[0, [0, 0, 0]], [1, [4, 4, 4]]]}, [0.5, 0, 0]]})");
+  expect_near(absorption(material, {.share = 0.5f}), glm::vec3(3.5f, 4, 5));
+  // Beyond its range a value is held to it.
+  const Material wide = material_of(R"("roughness": {"sum": [0.7, {"ramp": [[0, 0.1], [1, 0.9]]}]})");
+  EXPECT_NEAR(wide.roughness->at({.share = 1}).x, 1.6f, 1e-6f);
+  // Three that are uniform by strand have the mean and the deviation of their sum, sqrt(3/12) of one's range: over
+  // 4,096 strands within 5 standard errors.
+  const Material normal = material_of(
+      R"("sigma_a": {"sum": [{"random": [[0, 0, 0], [1, 1, 1]]}, {"random": [[0, 0, 0], [1, 1, 1]], "seed": 1}, {"random": [[0, 0, 0], [1, 1, 1]], "seed": 2}]})");
+  double sum = 0, squares = 0;
+  for (std::uint64_t strand = 0; strand < 4096; ++strand) {
+    const double x = absorption(normal, {.strand = mix_bits(strand)}).x;
+    sum += x;
+    squares += x * x;
+  }
+  const double mean = sum / 4096;
+  EXPECT_NEAR(mean, 1.5, 5 * 0.5 / 64);
+  EXPECT_NEAR(squares / 4096 - mean * mean, 0.25, 5 * 0.25 * std::sqrt(2.0 / 4096));
+}
+
 TEST(Sources, OfPresenceAreValuesOfTheirStrands) {
   Scene scene;
   scene.materials = {material_of(R"("presence": {"ramp": [[0.5, 1], [1, 0]]})")};
@@ -213,6 +238,9 @@ TEST(Sources, WrongOnesAreRefusedByKeyAndPlace) {
        "/materials/0/color/share: expected this key, found none"},
       {R"("color": {"mix": [[0.1, 0.1, 0.1], [0.2, 0.2, 0.2]], "share": {"ramp": [[0, 7]]}})",
        "/materials/0/color/share/ramp/0/1: expected 0..1, found 7"},
+      {R"("color": {"sum": [[0.1, 0.1, 0.1]]})", "/materials/0/color/sum: expected 2 to 16 values, [A, B, ...]"},
+      {R"("color": {"sum": [[0.1, 0.1, 0.1], {"ramp": []}]})",
+       "/materials/0/color/sum/1/ramp: expected one stop or more"},
       {R"("color": {"attribute": ""})", "/materials/0/color/attribute: expected a text of 1..4096 characters"},
       {R"("color": {"mix": [{"attribute": "a"}, {"attribute": "b"}], "share": 0.5})",
        "/materials/0: expected one attribute of the file in a material, found a, b"},

@@ -871,7 +871,7 @@ const Parameter* parameter_at(std::string_view place) {
   const std::string key = general(place);
   if (const auto found = by_key.find(key); found != by_key.end()) return found->second;
   // Each part of a source has the range of the value that it replaces; a source's own keys may be in any source.
-  for (const std::string_view part : {"/ramp/N/N", "/random/N", "/mix/N", "/root", "/tip"}) {
+  for (const std::string_view part : {"/ramp/N/N", "/random/N", "/mix/N", "/sum/N", "/root", "/tip"}) {
     if (!key.ends_with(part)) continue;
     const Parameter* whole = parameter_at(key.substr(0, key.size() - part.size()));
     if (whole == nullptr || !whole->varies) continue;

@@ -4,14 +4,15 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <string>
 #include <utility>
 #include <vector>
 
 namespace tress::scene {
 namespace {
 
-constexpr std::size_t most_stops = 256;
-const std::vector<std::string> kinds{"ramp", "root", "random", "mix", "attribute", "texture"};
+constexpr std::size_t most_stops = 256, most_terms = 16;
+const std::vector<std::string> kinds{"ramp", "root", "random", "mix", "sum", "attribute", "texture"};
 
 /// Sources have few levels: a document of nothing but braces must not end the program.
 constexpr int most_levels = 16;
@@ -25,8 +26,8 @@ class SourceReader {
     if (level == most_levels) json.fail(key, fmt::format("sources of at most {} levels", most_levels), "more");
     const JsonReader source = json.child(key);
     if (json.failed() ||
-        !source.object({"ramp", "root", "tip", "along", "interpolation", "random", "seed", "mix", "share", "attribute",
-                        "texture", "space"}) ||
+        !source.object({"ramp", "root", "tip", "along", "interpolation", "random", "seed", "mix", "sum", "share",
+                        "attribute", "texture", "space"}) ||
         !source.exactly_one(kinds) || !goes_together(source))
       return {};
     if (source.has("ramp")) return ramp(source, level);
@@ -38,6 +39,7 @@ class SourceReader {
               .value = unit_,
               .file = source.text("texture").value_or(""),
               .is_encoded = source.choice("space") != "linear"};
+    if (source.has("sum")) return sum(source, level);
     return of_two(source, level);
   }
 
@@ -85,6 +87,16 @@ class SourceReader {
       ramp.parts.push_back(read(stop, "1", level + 1));
     }
     return simplified(std::move(ramp));
+  }
+
+  Source sum(const JsonReader& source, int level) const {
+    const JsonReader parts = source.child("sum");
+    if (parts.size() < 2 || parts.size() > most_terms)
+      source.fail("sum", fmt::format("2 to {} values, [A, B, ...]", most_terms), "something else");
+    Source sum{.kind = Source::Kind::sum};
+    for (std::size_t i = 0; i < parts.size() && !source.failed(); ++i)
+      sum.parts.push_back(read(parts, std::to_string(i), level + 1));
+    return source.failed() ? Source{} : sum;  // where it is used it is held to the value's range
   }
 
   /// Reads a random source or a mix.
@@ -137,7 +149,7 @@ float middle_of(const Source& source) {
   const std::size_t count = source.kind == Source::Kind::mix ? 2 : source.parts.size();
   float sum = 0;
   for (std::size_t i = 0; i < count; ++i) sum += middle_of(source.parts[i]);
-  return sum / static_cast<float>(count);
+  return source.kind == Source::Kind::sum ? sum : sum / static_cast<float>(count);
 }
 
 Source read_color_source(const JsonReader& json) {
