@@ -140,7 +140,7 @@ inline int describe_values(nlohmann::ordered_json* node, const std::string& plac
     return count;
   }
   if (node->value("type", "") == "object" && !node->contains("properties")) {
-    (*node)["description"] = "a source: ramp, random, mix or attribute (scenes/README.md)";
+    (*node)["description"] = "a source: ramp, random, mix, sum, attribute or texture (scenes/README.md)";
     const Parameter* parameter = parameter_at(place);
     return parameter != nullptr && parameter->varies ? 1 : -1;
   }
