@@ -223,7 +223,7 @@ TEST(Sources, WrongOnesAreRefusedByKeyAndPlace) {
       {R"("color": {"ramp": [[0, "red"]]})",
        "/materials/0/color/ramp/0/1: expected an array of 3 numbers, found \"red\""},
       {R"("color": {})",
-       "/materials/0/color: expected one of ramp, root, random, mix, attribute, texture, found none of them"},
+       "/materials/0/color: expected one of ramp, root, random, mix, sum, attribute, texture, found none of them"},
       {R"("color": {"ramp": [[0, [0.5, 0.5, 0.5]]], "random": []})", "/materials/0/color: expected at most one of"},
       {R"("color": {"root": [0.1, 0.1, 0.1]})", "/materials/0/color/tip: expected this key, found none"},
       {R"("color": {"tip": [0.1, 0.1, 0.1], "ramp": []})",
