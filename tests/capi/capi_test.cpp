@@ -709,6 +709,41 @@ TEST(CInterface, AFailureInsideOnErrorIsNotReportedToItAgain) {
   }
 }
 
+TEST(CInterface, AnswersThatAreMadeAgainAtEachQueryAreReportedAsTheCeiling) {
+  for (const bool is_small : {false, true}) {
+    tress_options options;
+    tress_options_init(&options);
+    if (is_small) options.memory_bytes = 300'000;
+    tress_service* service = nullptr;
+    tress_fibers* fibers = nullptr;
+    ASSERT_EQ(tress_service_create_for_fibers(&options, &service), TRESS_OK);
+    ASSERT_EQ(tress_fibers_create(service, TRESS_ROUGH, TRESS_FITTED, &fibers), TRESS_OK);
+    tress_fiber fiber;
+    tress_fiber_init(&fiber);
+    std::uint32_t id = 0;
+    ASSERT_EQ(tress_fibers_add(fibers, &fiber, &id), TRESS_OK);
+    ASSERT_EQ(tress_service_prepare(service), TRESS_OK);
+    RandomStream random(3);
+    tress_report report;
+    int at_ceiling = 0;
+    for (int pass = 0; pass < 4; ++pass) {
+      for (int i = 0; i < 2000; ++i) {
+        const tress_direction wr{1.4f * (random.next() - 0.5f), 6.2f * random.next()};
+        const float u[4] = {random.next(), random.next(), random.next(), random.next()};
+        tress_event event;
+        tress_fiber_sample sample;
+        ASSERT_EQ(tress_fibers_begin(fibers, id, wr, random.next(), random.next(), 0.3f, 1, &event), TRESS_OK);
+        ASSERT_EQ(tress_fibers_sample(fibers, &event, u, &sample), TRESS_OK);
+      }
+      ASSERT_EQ(tress_service_publish(service, 2000, &report), TRESS_OK);
+      at_ceiling += report.at_ceiling;
+    }
+    EXPECT_EQ(at_ceiling > 0, is_small);
+    tress_fibers_release(fibers);
+    tress_service_release(service);
+  }
+}
+
 TEST(CInterface, RowsOfSamplesLearnToTheirEpsilonIfAsked) {
   std::uint64_t learned[2] = {};
   for (const int to_epsilon : {0, 1}) {
