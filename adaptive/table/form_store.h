@@ -32,7 +32,7 @@ class FormStore {
   }
   static bool has_entries(const FormedRows& rows) { return rows.stride_ != 0; }
 
-  /// The answer that was made of a node, or that the form has in place of its row; empty if there is none.
+  /// The answer that was made of a node, or that the form has in place of its row; else empty.
   RowAnswer find(const FormedRows& rows, std::uint32_t node) const;
   /// Makes the answer of a row. It is kept if all bytes are then at most `room`; otherwise FormedLookup::kept owns it.
   FormedLookup make(const FormedRows& rows, const RowView& row, std::size_t room);

@@ -1,22 +1,13 @@
 #include "tress/adaptive/options.h"
 
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <type_traits>
 
+#include "base/number_text.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::inline v0_2::adaptive {
-namespace {
-
-std::string text(double number) {
-  char digits[32];
-  std::snprintf(digits, sizeof digits, "%g", number);
-  return digits;
-}
-
-}  // namespace
 
 std::vector<Error> make_usable(Options& options) {
   const Options defaults;
@@ -25,7 +16,8 @@ std::vector<Error> make_usable(Options& options) {
     auto& value = options.*option;
     const auto given = static_cast<double>(value);
     if (given >= least && given <= most) return;
-    unusable.push_back({"", name, "a number from " + text(least) + " to " + text(most), text(given)});
+    unusable.push_back(
+        {"", name, "a number from " + number_text(least) + " to " + number_text(most), number_text(given)});
     value = std::isnan(given) ? defaults.*option
                               : static_cast<std::remove_reference_t<decltype(value)>>(given < least ? least : most);
   };

@@ -2,11 +2,10 @@
 
 #include <cmath>
 #include <limits>
-#include <locale>
 #include <numbers>
 #include <optional>
-#include <sstream>
-#include <string>
+
+#include "base/number_text.h"
 
 namespace tress::inline v0_2::fiber {
 namespace {
@@ -45,7 +44,9 @@ std::optional<Misfit> misfit_of(const FiberParameters& of) {
   Check check;
   check.number("eta", of.eta, eta_range);
   check.number("eccentricity", of.eccentricity, eccentricity_range);
-  if (!check.misfit && of.eccentricity > 1) check.misfit = Misfit{"eccentricity", eccentricity_range, of.eccentricity};
+  // Beyond a circle there is no ellipse, not even by a rounding.
+  if (!check.misfit && double{of.eccentricity} > eccentricity_range.most)
+    check.misfit = Misfit{"eccentricity", eccentricity_range, of.eccentricity};
   check.number("roughness", of.roughness, roughness_range);
   check.number("tilt", of.tilt, not_negative);
   check.color("sigma_a", of.sigma_a, not_negative);
@@ -64,13 +65,6 @@ std::optional<Misfit> misfit_of(const FiberParameters& of) {
   return check.misfit;
 }
 
-std::string text(double number) {
-  std::ostringstream digits;
-  digits.imbue(std::locale::classic());
-  digits << number;
-  return digits.str();
-}
-
 }  // namespace
 
 const char* out_of_range(const FiberParameters& parameters) {
@@ -81,8 +75,9 @@ const char* out_of_range(const FiberParameters& parameters) {
 std::optional<Error> range_error(const FiberParameters& parameters) {
   const std::optional<Misfit> misfit = misfit_of(parameters);
   if (!misfit) return std::nullopt;
-  return Error{"", misfit->name, "a number from " + text(misfit->range.least) + " to " + text(misfit->range.most),
-               text(misfit->found)};
+  return Error{"", misfit->name,
+               "a number from " + number_text(misfit->range.least) + " to " + number_text(misfit->range.most),
+               number_text(misfit->found)};
 }
 
 }  // namespace tress::inline v0_2::fiber
