@@ -15,7 +15,6 @@ import tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LOCK = os.path.join(ROOT, "scenes", "curly_lock.json")
-FIBER = os.path.join(ROOT, "scenes", "single_fiber.json")
 ORACLE = os.path.join(ROOT, "tests", "reference", "fiber3d.csv")
 GOOGLE = ["--benchmark_min_time=0.001"]
 
@@ -24,7 +23,7 @@ def smallest(cache, folder):
     """{program: arguments}; a list of lists where a program has several commands."""
     small = ["--size", "12x12", "--spp", "1"]
     return {
-        "environment": GOOGLE, "exponentials": GOOGLE, "knots": GOOGLE, "lobes": GOOGLE, "queries": GOOGLE, "rays": GOOGLE, "ribbon": GOOGLE, "rough_paths": GOOGLE,
+        "environment": GOOGLE, "knots": GOOGLE, "lobes": GOOGLE, "queries": GOOGLE, "rays": GOOGLE, "ribbon": GOOGLE, "rough_paths": GOOGLE,
         "table": GOOGLE + ["--benchmark_filter=density/5|traced_nodes/5|fit/64/100|look_up/20"],
         "vertex": GOOGLE + ["--benchmark_filter=converged|start_up(_shapes)?/1/"],
         "model_vertices": GOOGLE + ["--benchmark_filter=learned|chiang"],
@@ -35,9 +34,8 @@ def smallest(cache, folder):
         "far_field": ["--paths", "2000", "--e", "0.85", "--alpha", "0.1", "--theta", "30", "--phi", "45"],
         "fiber3d": [ORACLE], "fiber3d_tracer": [ORACLE, "2000"],
         "grid": ["2"], "learning": ["--rows", "4"], "longitudinal_shapes": ["--paths", "2000"],
-        "models": ["--model", "chiang2016", "--samples", "1000"], "near_hits": [FIBER, "1000"],
+        "models": ["--model", "chiang2016", "--samples", "1000"],
         "pekelis_rows": ["--rows", "2"], "picture_bias": [LOCK, cache] + small + ["--seeds", "2"],
-        "residual_lobe": ["--paths", "100", "--alpha", "0.2"],
         "ribbons": ["--truth-paths", "16384", "--e", "0.85", "--alpha", "0.2", "--theta", "30"],
         "rows": ["--rows", "8"], "sampled_rows": ["--rows", "2", "--paths", "4096"],
         "reciprocity": ["--model", "fiber3d,elliptical", "--paths", "2000"],
@@ -49,7 +47,6 @@ def smallest(cache, folder):
         "slab": ["--model", "elliptical", "--paths", "100"],
         "deeper": [LOCK, "--size", "12", "--spp", "2", "--teach", "1", "--pairs", "3"],
         "replay": [LOCK, "--width", "16", "--height", "16", "--teach", "1", "--repeat", "1", "--inside", "0.01"],
-        "trees": [LOCK, "--size", "8x24", "--teach", "1", "--rounds", "1"],
         "atlas_faults": ["bytes", cache, "--rows", "1"],
         "atlas_images": [LOCK, "-o", os.path.join(folder, "images.exr"), "--resolution", "12x12", "--spp", "1"],
         "atlas_learning": ["--rows", "4", "--rival-rows", "1"],

@@ -401,13 +401,13 @@ void check(RTCDevice device, const void* made) {
   throw std::runtime_error("Embree: error " + std::to_string(static_cast<int>(error)));
 }
 
-RTCGeometry ribbons(RTCDevice device, const TreeOptions& tree, StrandCurves* curves) {
+RTCGeometry ribbons(RTCDevice device, StrandCurves* curves) {
   RTCGeometry geometry =
       rtcNewGeometry(device, curves->is_linear()                           ? RTC_GEOMETRY_TYPE_FLAT_LINEAR_CURVE
                              : curves->basis == scene::StrandBasis::bezier ? RTC_GEOMETRY_TYPE_FLAT_BEZIER_CURVE
                                                                            : RTC_GEOMETRY_TYPE_FLAT_BSPLINE_CURVE);
   check(device, geometry);
-  rtcSetGeometryTessellationRate(geometry, tree.pieces > 0 ? tree.pieces : static_cast<float>(curves->pieces));
+  rtcSetGeometryTessellationRate(geometry, static_cast<float>(curves->pieces));
   rtcSetGeometryTimeStepCount(geometry, static_cast<unsigned int>(curves->moments()));
   const auto share = [&](unsigned int moment, const std::vector<glm::vec4>& control) {
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, moment, RTC_FORMAT_FLOAT4, control.data(), 0,
@@ -444,26 +444,12 @@ RTCGeometry triangles(RTCDevice device, const scene::Mesh& mesh) {
   return geometry;
 }
 
-/// The flags of the scene. Measured on rays aimed at an edge that two triangles share: 3.5 % slip through without the
-/// robust flag, and 0.007 % with it.
-RTCSceneFlags scene_flags(const TreeOptions& tree, bool has_meshes) {
-  using Robust = TreeOptions::Robust;
-  const bool is_robust = tree.robust == Robust::always || (tree.robust == Robust::with_meshes && has_meshes);
-  const int flags = (is_robust ? RTC_SCENE_FLAG_ROBUST : 0) | (tree.compact ? RTC_SCENE_FLAG_COMPACT : 0);
-  return static_cast<RTCSceneFlags>(flags);
-}
-
-RTCBuildQuality build_quality(TreeOptions::Quality quality) {
-  return quality == TreeOptions::Quality::low    ? RTC_BUILD_QUALITY_LOW
-         : quality == TreeOptions::Quality::high ? RTC_BUILD_QUALITY_HIGH
-                                                 : RTC_BUILD_QUALITY_MEDIUM;
-}
-
-RTCScene new_scene(RTCDevice device, const TreeOptions& tree, bool has_meshes) {
+/// Other flags and qualities make rays slower (bench/README.md, rays). Of rays aimed at an edge that two triangles share,
+/// 3.5 % slip through without the robust flag, and 0.007 % with it.
+RTCScene new_scene(RTCDevice device, bool has_meshes) {
   const RTCScene scene = rtcNewScene(device);
   check(device, scene);
-  rtcSetSceneFlags(scene, scene_flags(tree, has_meshes));
-  rtcSetSceneBuildQuality(scene, build_quality(tree.quality));
+  rtcSetSceneFlags(scene, has_meshes ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
   return scene;
 }
 
@@ -554,9 +540,9 @@ struct FiberScene::Implementation {
   }
 
   /// Builds the tree of a groom, once, and adds its instances to the scene.
-  void add_instances(const scene::Groom& groom, std::uint32_t index, const TreeOptions& tree, bool has_meshes) {
-    const RTCScene own = new_scene(device, tree, has_meshes);
-    attach(own, ribbons(device, tree, &grooms[index]), 0);
+  void add_instances(const scene::Groom& groom, std::uint32_t index, bool has_meshes) {
+    const RTCScene own = new_scene(device, has_meshes);
+    attach(own, ribbons(device, &grooms[index]), 0);
     rtcJoinCommitScene(own);
     instances.first_of_groom[index] = static_cast<std::uint32_t>(instances.first_id + instances.all.size());
     for (std::uint32_t i = 0; i < groom.instances.size(); ++i) {
@@ -578,14 +564,13 @@ struct FiberScene::Implementation {
   RTCScene scene = nullptr;
 };
 
-FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(double)>& on_progress,
-                       const TreeOptions& tree)
+FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(double)>& on_progress)
     : implementation_(std::make_unique<Implementation>()) {
   Implementation& self = *implementation_;
-  self.device = rtcNewDevice(tree.device.c_str());
+  self.device = rtcNewDevice(nullptr);
   check(self.device, self.device);
   rtcSetDeviceMemoryMonitorFunction(self.device, count_bytes, &self.embree_bytes);
-  self.scene = new_scene(self.device, tree, !scene.meshes.empty());
+  self.scene = new_scene(self.device, !scene.meshes.empty());
   self.unseen_by_camera = scene::marked_objects(scene, [](const auto& object) { return !object.visibility.camera; });
   self.unseen_indirectly = scene::marked_objects(scene, [](const auto& object) { return !object.visibility.indirect; });
   self.without_shadow = scene::marked_objects(scene, [](const auto& object) { return !object.visibility.shadow; });
@@ -600,7 +585,7 @@ FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(doubl
     for (const glm::vec4& control : curves.control) largest_axis = std::max(largest_axis, scale * control.w);
     for (const auto& moment : curves.later_control)
       for (const glm::vec4& control : moment) largest_axis = std::max(largest_axis, scale * control.w);
-    if (scene.grooms[index].instances.empty()) attach(self.scene, ribbons(self.device, tree, &curves), index);
+    if (scene.grooms[index].instances.empty()) attach(self.scene, ribbons(self.device, &curves), index);
   }
   self.start = 2.01f * largest_axis;
   for (std::uint32_t index = 0; index < scene.meshes.size(); ++index) {
@@ -612,7 +597,7 @@ FiberScene::FiberScene(const scene::Scene& scene, const std::function<void(doubl
   self.instances.first_of_groom.assign(scene.grooms.size(), RTC_INVALID_GEOMETRY_ID);
   for (std::uint32_t index = 0; index < scene.grooms.size(); ++index)
     if (!scene.grooms[index].instances.empty() && !self.grooms[index].first_control.empty())
-      self.add_instances(scene.grooms[index], index, tree, !scene.meshes.empty());
+      self.add_instances(scene.grooms[index], index, !scene.meshes.empty());
   // Embree calls it from any thread; it returns true to continue.
   const auto monitor = [](void* listener, double share) {
     (*static_cast<const std::function<void(double)>*>(listener))(share);

@@ -7,7 +7,6 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "scene/model/scene.h"
 #include "tress/fiber/lobes.h"
@@ -96,19 +95,6 @@ inline Ray ray_from(const Hit& hit, const glm::vec3& direction, const fiber::Fib
   return ray;
 }
 
-/// Options for building the tree over a scene. The defaults were measured to be the fastest (bench/README.md, rays);
-/// other values serve comparisons (bench_trees).
-struct TreeOptions {
-  std::string device;  ///< Embree's configuration of a device, such as "hugepages=1,isa=avx2"; empty: Embree chooses
-  enum class Quality { low, medium, high } quality = Quality::medium;
-  bool compact = false;  ///< half the memory, but slower rays
-  /// Closes the gaps between triangles at their edges. Strands alone do not need it.
-  enum class Robust { with_meshes, always, never } robust = Robust::with_meshes;
-  /// The number of straight pieces that Embree makes of each segment of a ribbon; 0: as many as
-  /// scene::Image::curve_error_px requires.
-  float pieces = 0;
-};
-
 /// Flat ribbons along B-splines or polygons (scene::Groom::linear), as wide as the elliptical silhouette, and two-sided
 /// triangles, for camera and shadow rays alike. A ray hits a ribbon where it passes nearest to the axis, and only ahead
 /// of its start. A bend of a polygon is filled on its outer side by a sector of the silhouette's width. The strand on
@@ -128,8 +114,7 @@ class FiberScene {
   /// Builds inside the calling oneTBB arena. `scene` must outlive this. Throws std::bad_alloc if memory runs out.
   /// on_progress:
   /// called now and then with the share of the tree that is built, [0, 1], from any thread; may be empty.
-  explicit FiberScene(const scene::Scene& scene, const std::function<void(double)>& on_progress = {},
-                      const TreeOptions& tree = {});
+  explicit FiberScene(const scene::Scene& scene, const std::function<void(double)>& on_progress = {});
   ~FiberScene();
   FiberScene(const FiberScene&) = delete;
   FiberScene& operator=(const FiberScene&) = delete;
