@@ -7,6 +7,7 @@
 #include "cli/options.h"
 #include "scene/model/hair_colors.h"
 #include "scene/read/assembly.h"
+#include "scene/read/set_keys.h"
 
 namespace tress::cli {
 namespace {
@@ -41,6 +42,17 @@ void add_appearance(CLI::App* app, scene::Overrides& o) {
   add_number(
       app, "--turn", [&o](double x) { o.turn_deg = x; },
       "where the automatic camera stands: counter-clockwise from above, 0 is -y");
+  app->add_option_function<std::vector<std::string>>(
+         "--set", [&o](const std::vector<std::string>& texts) { o.settings = texts; },
+         "any key of the scene file, of one object (materials/0/...), of one by its name, or of all (materials/*/...); "
+         "a "
+         "bare file of strands has materials/0 and grooms/0; null removes a key; may be given more than once")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->allow_extra_args(false)
+      ->type_name("KEY=VALUE")
+      ->check(expecting(scene::setting_words,
+                        [](const std::string& text) { return scene::parse_setting(text).has_value(); }));
   add_choice(
       app, "--up", {"y", "z"}, [&o](const std::string& axis) { o.y_up = axis == "y"; },
       "axis of the hair file that points up");

@@ -38,12 +38,15 @@ namespace {
 
 constexpr std::uintmax_t most_scene_bytes = std::uintmax_t{64} << 20;
 
-SceneDescription bare_groom(const std::filesystem::path& file) {
-  SceneDescription scene;
-  scene.materials.emplace_back();
-  scene.grooms.emplace_back();
-  scene.grooms[0].file = file == "-" ? "-" : std::filesystem::absolute(file).string();
-  scene.grooms[0].placement.guess_up = true;
+/// The scene of a bare file of strands.
+Result<SceneDescription> describe_groom(const std::filesystem::path& file, const Overrides& overrides) {
+  constexpr std::string_view text = R"({"grooms": [{"file": "-"}]})";  // a path may have bytes that JSON has not
+  auto scene = parse_scene_file({reinterpret_cast<const unsigned char*>(text.data()), text.size()}, file.string(),
+                                nullptr, overrides.settings);
+  if (!scene) return scene;
+  GroomDescription& groom = scene->grooms[0];
+  if (groom.file == "-" && file != "-") groom.file = std::filesystem::absolute(file).string();
+  groom.placement.guess_up = !groom.placement.y_up;
   return scene;
 }
 
@@ -322,16 +325,16 @@ Result<SceneDescription> describe(const std::filesystem::path& file, const Overr
     return std::filesystem::exists(file / "scene.json", unknown) ? describe(file / "scene.json", overrides)
                                                                  : describe_parts(file, overrides);
 
-  if (file == "-") return bare_groom(file);  // standard input
+  if (file == "-") return describe_groom(file, overrides);  // standard input
   const std::string wanted = "a scene (JSON) or a groom (" + groom_endings() + ")";
   const auto start = read_file_start(file, wanted, bytes_of_kind);
   if (!start) return start.error();
-  if (is_groom_file(file)) return bare_groom(file);
+  if (is_groom_file(file)) return describe_groom(file, overrides);
   if (!may_be_json(file, *start)) return Error{file.string(), "", wanted, kind_of(*start)};
   const auto bytes =
       read_input_file(file, fmt::format("a scene of at most {} bytes", most_scene_bytes), most_scene_bytes);
   if (!bytes) return bytes.error();
-  return parse_scene_file(*bytes, file.string());
+  return parse_scene_file(*bytes, file.string(), nullptr, overrides.settings);
 }
 
 /// Counts the places of a camera that is far from 0 from a point near it. Returns that point, or 0.
@@ -509,7 +512,7 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
 
 Result<Scene> load_scene(std::span<const unsigned char> text, const std::string& name,
                          const std::filesystem::path& folder, FilesInMemory files, const Overrides& overrides) {
-  auto description = parse_scene_file(text, name);
+  auto description = parse_scene_file(text, name, nullptr, overrides.settings);
   if (!description) return description.error();
   return build(std::move(*description), name, {folder, std::move(files)}, overrides, nullptr);
 }

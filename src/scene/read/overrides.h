@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "image/view_transform.h"
 #include "tress/base/error.h"
@@ -14,6 +15,7 @@ namespace tress::scene {
 /// An unset member leaves the scene's value. Units and ranges are those of the options of the same names
 /// (parameters.cpp).
 struct Overrides {
+  std::vector<std::string> settings = {};  ///< texts for parse_setting(), set in the scene file before it is read
   std::optional<std::string> environment_file = {};
   std::optional<double> environment_rotate_deg = {};
   std::optional<glm::vec3> color = {};

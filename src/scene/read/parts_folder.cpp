@@ -73,7 +73,8 @@ Result<SceneDescription> describe_parts(const std::filesystem::path& folder, con
                  std::to_string(names.size()) + " other files"};
   const std::string text = scene.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   auto description = parse_scene_file(std::vector<unsigned char>(text.begin(), text.end()),
-                                      has_materials ? (folder / materials_name).string() : folder.string());
+                                      has_materials ? (folder / materials_name).string() : folder.string(), nullptr,
+                                      overrides.settings);
   if (!description) return description;
   for (GroomDescription& groom : description->grooms) groom.placement.usual_cm_per_unit = usual_cm_per_unit;
   return description;

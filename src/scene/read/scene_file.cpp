@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "scene/read/json_reader.h"
+#include "scene/read/set_keys.h"
 
 namespace tress::scene {
 namespace {
@@ -27,6 +28,18 @@ void read_image(const JsonReader& json, Image* image) {
 /// Checks the expected answer of a scene that has one. Tests compare renders with it; no render uses it.
 void read_expected(const JsonReader& json) {
   if (json.object()) json.triple("radiance");
+}
+
+/// Parses the texts of settings, and sets their keys in the document.
+Result<std::vector<KeySetting>> apply_settings(std::span<const std::string> texts, nlohmann::json* document) {
+  std::vector<KeySetting> settings;
+  for (const std::string& text : texts) {
+    auto setting = parse_setting(text);
+    if (!setting) return Error{"", "--set", setting_words, text};
+    settings.push_back(std::move(*setting));
+  }
+  if (auto error = set_keys(settings, document)) return *error;
+  return settings;
 }
 
 Error not_json(const std::string& name, const nlohmann::json::parse_error& error) {
@@ -93,8 +106,8 @@ MeshDescription read_mesh(const JsonReader& json) {
   return mesh;
 }
 
-Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, const std::string& name,
-                                          KnownKeys* keys) {
+Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, const std::string& name, KnownKeys* keys,
+                                          std::span<const std::string> settings) {
   nlohmann::json document;
   try {
     document = nlohmann::json::parse(text.begin(), text.end());
@@ -102,6 +115,12 @@ Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, c
     return not_json(name, error);
   } catch (const nlohmann::json::exception& error) {
     return Error{name, "", "JSON with numbers in range", error.what()};
+  }
+  const auto set = apply_settings(settings, &document);
+  if (!set) {
+    Error fault = set.error();
+    fault.file = name;
+    return fault;
   }
   std::optional<Error> error;
   const JsonReader root(document, "", name, &error, keys);
@@ -126,7 +145,11 @@ Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, c
       scene.grooms.push_back(read_groom(item, scene.materials));
     if (scene.grooms.empty()) root.fail("grooms", "one groom or more", "none");
   }
-  if (error) return *error;
+  if (error) {
+    if (const KeySetting* setting = setting_of(*set, error->place))
+      error->file += fmt::format(" with --set {}", setting->text);
+    return *error;
+  }
   return scene;
 }
 

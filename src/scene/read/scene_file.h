@@ -75,9 +75,10 @@ struct SceneDescription {
 };
 
 /// Parses a scene file. Errors name the JSON path, or the byte if the text is not JSON. Every value of the result is in
-/// range. `keys`, if given, gets the keys that each object of the document may have.
+/// range. `keys`, if given, gets the keys that each object of the document may have. settings: texts for
+/// parse_setting(), which are set in the document first; errors of their values name them.
 Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, const std::string& name,
-                                          KnownKeys* keys = nullptr);
+                                          KnownKeys* keys = nullptr, std::span<const std::string> settings = {});
 
 /// Checks that frame numbers rise: sets the error if `frame` is not after `before`, the key before it.
 void check_rising(const JsonReader& key, int frame, std::optional<int> before);
