@@ -142,7 +142,7 @@ def tile(number, folder, tress, samples):
     material, extra = LOOKS[number - 1]
     name, spp = f"look_{number:02}", ("--spp", str(samples))
     if "least_width" in extra:
-        pixels = render(name, material, "--spp", "16", "--least-width", str(extra["least_width"]))
+        pixels = render(name, material, "--spp", "16", "--set", f"image/least_width={extra['least_width']}")
         pixels[:, :WIDTH // 2] = render(name + "_left", material, "--spp", "16")[:, :WIDTH // 2]
         pixels = numpy.minimum(pixels[60:60 + HEIGHT // 4, 54:54 + WIDTH // 4], 85).repeat(4, 0).repeat(4, 1) * 3  # 4 times as large
     else:

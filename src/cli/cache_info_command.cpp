@@ -351,7 +351,9 @@ Command add_cache_info(CLI::App& cache) {
                "warm cache; the word default: all that render --warm-cache default has learned", *settings);
   add_scene(info, *settings);
   add_quiet(info);
+  hide_replaced(info);
   return {info, [info, settings] {
+            log_replaced(*info);
             RenderSettings& render = settings->render;
             render.model_of_scene = info->count("--model") == 0;
             render.asked = model_options(*info, fiber::Estimator::fitted);

@@ -17,6 +17,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "base/nearest_word.h"
@@ -163,9 +164,19 @@ constexpr const char* examples =
     "  tress diff a.exr b.exr                                    how far two pictures are apart\n"
     "  tress help render                                         all options of a command";
 
+/// Leaves hidden options out.
+class ShownOptions final : public CLI::Formatter {
+ public:
+  std::string make_group(std::string group, bool is_positional,
+                         std::vector<const CLI::Option*> options) const override {
+    return group == hidden_group ? "" : CLI::Formatter::make_group(std::move(group), is_positional, std::move(options));
+  }
+};
+
 int run_checked(int argc, char** argv, const Program& program) {
   CLI::App app("Renders hair whose fibers have elliptical cross-sections, learning its scattering tables on the way",
                program.name);
+  app.formatter(std::make_shared<ShownOptions>());  // commands that are added later have it too
   app.require_subcommand(1);
   app.set_version_flag("--version", version_text());
   app.footer(examples);

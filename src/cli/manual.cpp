@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cli/commands.h"
+#include "cli/options.h"
 #include "tress/version.h"
 
 namespace tress::cli {
@@ -13,6 +14,11 @@ namespace {
 
 std::vector<const CLI::App*> commands_of(const CLI::App& app) {
   return app.get_subcommands([](const CLI::App*) { return true; });
+}
+
+/// The options of a command without those that are hidden.
+std::vector<const CLI::Option*> shown_options(const CLI::App& app) {
+  return app.get_options([](const CLI::Option* option) { return option->get_group() != hidden_group; });
 }
 
 /// "-o", "--output"; empty for a positional argument.
@@ -52,7 +58,7 @@ std::string troff(const std::string& text) {
 
 std::string page_options(const CLI::App& app) {
   std::string page;
-  for (const CLI::Option* option : app.get_options()) {
+  for (const CLI::Option* option : shown_options(app)) {
     std::string head;
     for (const std::string& name : names_of(*option))
       head += (head.empty() ? "" : ", ") + ("\\fB" + troff(name) + "\\fR");
@@ -113,9 +119,9 @@ std::string manual_page(const CLI::App& command, const std::string& path) {
                                  upper, version(), troff(name), troff(command.get_description()));
   visit_commands(command, path, [&](const CLI::App& app, const std::string& words) {
     const auto is_argument = [](const CLI::Option* option) { return option->get_positional(); };
-    if (!commands_of(app).empty() && !std::ranges::any_of(app.get_options(), is_argument)) return;
+    if (!commands_of(app).empty() && !std::ranges::any_of(shown_options(app), is_argument)) return;
     std::string line = "\\fB" + troff(words) + "\\fR [\\fIOPTIONS\\fR]";
-    for (const CLI::Option* option : app.get_options()) {
+    for (const CLI::Option* option : shown_options(app)) {
       if (!option->get_positional()) continue;
       const std::string name = "\\fI" + troff(option->get_name(true)) + "\\fR";
       line += option->get_required() ? " " + name : " [" + name + "]";
@@ -136,7 +142,7 @@ std::string bash_completion(const CLI::App& tress) {
   visit_commands(tress, "tress", [&](const CLI::App& app, const std::string& path) {
     std::vector<std::string> words;
     for (const CLI::App* command : commands_of(app)) words.push_back(command->get_name());
-    for (const CLI::Option* option : app.get_options()) {
+    for (const CLI::Option* option : shown_options(app)) {
       const std::vector<std::string> names = names_of(*option);
       words.insert(words.end(), names.begin(), names.end());
       for (const std::string& name : names) {
@@ -186,7 +192,7 @@ std::string zsh_completion(const CLI::App& tress) {
     for (char& c : name) c = c == ' ' ? '_' : c;
     if (name == "_tress") name = "_tress_itself";
     text += name + "() {\n  _arguments -S";
-    for (const CLI::Option* option : app.get_options()) {
+    for (const CLI::Option* option : shown_options(app)) {
       if (option->get_positional()) continue;
       const std::vector<std::string> choices = words_of(*option);
       std::string value;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -23,6 +24,9 @@
 namespace tress::cli {
 
 namespace {
+
+/// Options of version 0.2. --set sets their keys in their place.
+constexpr std::array replaced_options{"--least-width", "--curve-error", "--motion-samples", "--fps", "--turn"};
 
 /// The text for an option in help, manual and completion: "sentence; range; default: what".
 std::string help_of(const scene::Parameter& parameter, const std::string& sentence) {
@@ -226,12 +230,32 @@ void add_learner(CLI::App* app, adaptive::Options& table) {
     help += std::string(names.empty() ? ": " : "; ") + info->name + ": " + info->summary;
     names.emplace_back(info->name);
   }
-  add_choice(
+  CLI::Option* learner = add_choice(
       app, "--learner", names, [&table](const std::string& name) { table.learner = fiber::find_learner(name); }, help,
       fiber::laboratory_learners());
-  add_whole(app, "--components", [&table](std::uint64_t n) { table.max_components = static_cast<std::uint32_t>(n); });
+  CLI::Option* components = add_whole(
+      app, "--components", [&table](std::uint64_t n) { table.max_components = static_cast<std::uint32_t>(n); });
+  if (names.size() == 1) {
+    learner->group(hidden_group);
+    components->group(hidden_group);
+  }
   add_number(app, "--epsilon", [&table](double x) { table.hold_all_to(x); });
   add_number(app, "--table-memory", [&table](double x) { table.memory_bytes = std::size_t(x * double(1 << 20)); });
+}
+
+void hide_replaced(CLI::App* app) {
+  for (const char* name : replaced_options) {
+    if (CLI::Option* option = app->get_option_no_throw(name)) option->group(hidden_group);
+  }
+}
+
+void log_replaced(const CLI::App& app) {
+  for (const char* name : replaced_options) {
+    const CLI::Option* option = app.get_option_no_throw(name);
+    if (option != nullptr && option->count() > 0)
+      log_note(fmt::format("{} goes with version 0.4: write --set {}={}", name,
+                           scene::option_parameter(name).key.substr(1), option->results().front()));
+  }
 }
 
 void add_threads(CLI::App* app, std::optional<int>& threads) {

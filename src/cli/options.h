@@ -69,9 +69,18 @@ CLI::Option* add_file(CLI::App* app, const std::string& name, std::function<void
 /// `overrides`, which must outlive it.
 void add_fiber_shape(CLI::App* app, scene::Overrides& overrides);
 
-/// Adds --learner, --components, --epsilon and --table-memory, for every command that learns rows. Parsing fills
-/// `table`, which must outlive it.
+/// Adds --learner, --components, --epsilon and --table-memory, for every command that learns rows. The first two are
+/// hidden in a program that has one learner. Parsing fills `table`, which must outlive it.
 void add_learner(CLI::App* app, adaptive::Options& table);
+
+/// The group of options that are in no help, manual or completion. (CLI11 leaves the name of an option without a group
+/// out of errors.)
+inline constexpr const char* hidden_group = "hidden";
+
+/// Hides the options that --set has replaced, which still work. log_replaced() logs what replaces those that were
+/// given.
+void hide_replaced(CLI::App* app);
+void log_replaced(const CLI::App& app);
 
 /// Adds --threads; unset: one per hardware thread that the process may use.
 void add_threads(CLI::App* app, std::optional<int>& threads);

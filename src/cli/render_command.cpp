@@ -52,7 +52,8 @@ void add_learning(CLI::App* app, RenderSettings& s) {
       "fiber model; exact is elliptical with --estimator exact. Default: by the scene's materials alone: chiang2016 "
       "where all hair is given by its lobes (principled); else elliptical where a material shapes lobes; else rough",
       fiber::laboratory_models());
-  add_whole(app, "--quadrature-points", [&s](std::uint64_t n) { s.quadrature_points = int(n); });
+  CLI::Option* points = add_whole(app, "--quadrature-points", [&s](std::uint64_t n) { s.quadrature_points = int(n); });
+  if (std::ranges::none_of(fiber::models(), &fiber::ModelInfo::has_quadrature)) points->group(hidden_group);
   add_choice(
       app, "--estimator", {"fitted", "corrected", "exact"},
       [&s](const std::string& name) {
@@ -441,7 +442,9 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       render, "--progress", {"openjd"}, [](const std::string&) { use_openjd_lines(); },
       "lines on standard output that Open Job Description reads: openjd_progress, openjd_status, openjd_fail");
   add_quiet(render);
+  hide_replaced(render);
   return {render, [render, settings] {
+            log_replaced(*render);
             settings->model_of_scene = render->count("--model") == 0;
             settings->asked = model_options(*render, settings->estimator);
             if (const std::string message = contradiction(*render, *settings); !message.empty()) {
