@@ -13,48 +13,61 @@
 
 namespace tress::scene {
 
-inline std::string plain_values_as_text(const Parameter& parameter) {
-  switch (parameter.kind) {
-    case ValueKind::number:
-    case ValueKind::whole:
-      return words(parameter);
-    case ValueKind::triple:
-      return "3 numbers, " + words(parameter);
-    case ValueKind::numbers_by_name:
-      return fmt::format("`{}`, each {}", parameter.choices, words(parameter));
-    case ValueKind::triples_by_name:
-      return fmt::format("`{}`, each 3 numbers, {}", parameter.choices, words(parameter));
-    case ValueKind::either:
-      return fmt::format("3 numbers, {}, or `{}`", words(parameter), parameter.choices);
-    case ValueKind::choice:
-      return fmt::format("one of `{}`", parameter.choices);
-    case ValueKind::text:
-      return "text";
-    case ValueKind::flag:
-      return "true, false";
-    case ValueKind::only_true:
-      return "true";
-  }
-  return {};
-}
-
+/// The values of a parameter in few words; "*" if a source may take the place of one.
 inline std::string values_as_text(const Parameter& parameter) {
-  return plain_values_as_text(parameter) + (parameter.varies ? ", or a source" : "");
+  std::string range = words(parameter);
+  if (parameter.kind == ValueKind::whole) range.replace(0, range.find(','), "whole");
+  const std::string text = [&]() -> std::string {
+    switch (parameter.kind) {
+      case ValueKind::number:
+      case ValueKind::whole:
+        return range;
+      case ValueKind::triple:
+        return "3 of " + range;
+      case ValueKind::numbers_by_name:
+        return fmt::format("`{}`, each {}", parameter.choices, range);
+      case ValueKind::triples_by_name:
+        return fmt::format("`{}`, each 3 of {}", parameter.choices, range);
+      case ValueKind::either:
+        return fmt::format("3 of {}, or `{}`", range, parameter.choices);
+      case ValueKind::choice:
+        return fmt::format("`{}`", parameter.choices);
+      case ValueKind::text:
+        return "text";
+      case ValueKind::flag:
+        return "true, false";
+      case ValueKind::only_true:
+        return "true";
+    }
+    return {};
+  }();
+  return text + (parameter.varies ? " *" : "");
 }
 
-/// Keys of a scene file; of keys in the same object the first has the whole path.
+/// Keys of a scene file; of keys in the same object the first has the whole path. Keys of one object that are left out
+/// are one row.
 inline std::string scene_keys_as_markdown() {
-  std::string table = "| key, option | value | default | meaning |\n|---|---|---|---|\n";
+  std::string table = "| key, option | value | default | meaning |\n|---|---|---|---|\n", left_out;
   std::string_view before;
+  const auto end_object = [&] {
+    if (!left_out.empty()) table += fmt::format("| {} | | | left out with a warning |\n", left_out);
+    left_out.clear();
+  };
   for (const Parameter& parameter : parameters()) {
     if (parameter.key.empty()) continue;
     const std::string_view key = parameter.key.substr(1), object = key.substr(0, key.rfind('/') + 1);
     const bool same = !object.empty() && object == before;
+    if (!same) end_object();
     before = object;
+    if (same && parameter.sentence == "left out") {
+      left_out += fmt::format("{}{}`", left_out.empty() ? "`.../" : ", `", key.substr(object.size()));
+      continue;
+    }
     const std::string option = parameter.option.empty() ? "" : fmt::format(", `{}`", parameter.option);
     table += fmt::format("| `{}{}`{} | {} | {} | {} |\n", same ? ".../" : "", same ? key.substr(object.size()) : key,
                          option, values_as_text(parameter), parameter.usual, parameter.sentence);
   }
+  end_object();
   return table;
 }
 
