@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "scene/generate/generated_grooms.h"
 #include "scene/model/parameters.h"
@@ -17,6 +18,8 @@ namespace tress::scene {
 inline std::string values_as_text(const Parameter& parameter) {
   std::string range = words(parameter);
   if (parameter.kind == ValueKind::whole) range.replace(0, range.find(','), "whole");
+  for (const auto& [end, unit] : {std::pair("_deg", " degrees"), std::pair("_cm", " cm"), std::pair("_mm", " mm")})
+    if (parameter.key.ends_with(end) && range.ends_with(unit)) range.resize(range.size() - std::string(unit).size());
   const std::string text = [&]() -> std::string {
     switch (parameter.kind) {
       case ValueKind::number:
@@ -44,31 +47,29 @@ inline std::string values_as_text(const Parameter& parameter) {
   return text + (parameter.varies ? " *" : "");
 }
 
-/// Keys of a scene file; of keys in the same object the first has the whole path. Keys of one object that are left out
-/// are one row.
+/// Keys of a scene file; of keys in the same object the first has the whole path. Keys without options of one object
+/// that have the same values, default and sentence are one row.
 inline std::string scene_keys_as_markdown() {
-  std::string table = "| key, option | value | default | meaning |\n|---|---|---|---|\n", left_out;
+  std::string table = "| key, option | value | default | meaning |\n|---|---|---|---|\n", row, rest;
   std::string_view before;
-  const auto end_object = [&] {
-    if (!left_out.empty()) table += fmt::format("| {} | | | left out with a warning |\n", left_out);
-    left_out.clear();
-  };
   for (const Parameter& parameter : parameters()) {
     if (parameter.key.empty()) continue;
     const std::string_view key = parameter.key.substr(1), object = key.substr(0, key.rfind('/') + 1);
-    const bool same = !object.empty() && object == before;
-    if (!same) end_object();
+    const bool same = !object.empty() && object == before, left_out = parameter.sentence == "left out";
     before = object;
-    if (same && parameter.sentence == "left out") {
-      left_out += fmt::format("{}{}`", left_out.empty() ? "`.../" : ", `", key.substr(object.size()));
+    const std::string next =
+        left_out ? " | | | left out with a warning |\n"
+                 : fmt::format(" | {} | {} | {} |\n", values_as_text(parameter), parameter.usual, parameter.sentence);
+    if (same && next == rest && parameter.option.empty()) {
+      row += fmt::format(", `{}`", key.substr(object.size()));
       continue;
     }
+    table += row + rest;
     const std::string option = parameter.option.empty() ? "" : fmt::format(", `{}`", parameter.option);
-    table += fmt::format("| `{}{}`{} | {} | {} | {} |\n", same ? ".../" : "", same ? key.substr(object.size()) : key,
-                         option, values_as_text(parameter), parameter.usual, parameter.sentence);
+    row = fmt::format("| `{}{}`{}", same ? ".../" : "", same ? key.substr(object.size()) : key, option);
+    rest = next;
   }
-  end_object();
-  return table;
+  return table + row + rest;
 }
 
 /// Keys of generated grooms, with the default of each kind.
