@@ -47,13 +47,18 @@ inline std::string values_as_text(const Parameter& parameter) {
   return text + (parameter.varies ? " *" : "");
 }
 
+/// Whether a key belongs to kinds of generated grooms, which have a table of their own.
+inline bool shapes_a_generated_groom(const Parameter& parameter) {
+  return parameter.key.starts_with("/grooms/N/") && parameter.usual == "by kind" && parameter.kind != ValueKind::whole;
+}
+
 /// Keys of a scene file; of keys in the same object the first has the whole path. Keys without options of one object
 /// that have the same values, default and sentence are one row.
 inline std::string scene_keys_as_markdown() {
   std::string table = "| key, option | value | default | meaning |\n|---|---|---|---|\n", row, rest;
   std::string_view before;
   for (const Parameter& parameter : parameters()) {
-    if (parameter.key.empty()) continue;
+    if (parameter.key.empty() || shapes_a_generated_groom(parameter)) continue;
     const std::string_view key = parameter.key.substr(1), object = key.substr(0, key.rfind('/') + 1);
     const bool same = !object.empty() && object == before, left_out = parameter.sentence == "left out";
     before = object;
@@ -74,7 +79,7 @@ inline std::string scene_keys_as_markdown() {
 
 /// Keys of generated grooms, with the default of each kind.
 inline std::string generated_grooms_as_markdown() {
-  std::string head = "| key, range |", line = "|---|", table = "| `strands` |";
+  std::string head = "| key, range | meaning |", line = "|---|---|", table = "| `strands` | |";
   for (const std::string& kind : generated_groom_kinds()) {
     head += fmt::format(" `{}` |", kind);
     line += "---|";
@@ -83,10 +88,9 @@ inline std::string generated_grooms_as_markdown() {
   table = head + "\n" + line + "\n" + table + "\n";
   constexpr std::string_view grooms = "/grooms/N/";
   for (const Parameter& parameter : parameters()) {
-    if (!parameter.key.starts_with(grooms) || parameter.usual != "by kind" || parameter.kind == ValueKind::whole)
-      continue;
+    if (!shapes_a_generated_groom(parameter)) continue;
     const std::string_view key = parameter.key.substr(grooms.size());
-    table += fmt::format("| `{}`, {} |", key, words(parameter));
+    table += fmt::format("| `{}`, {} | {} |", key, values_as_text(parameter), parameter.sentence);
     for (const std::string& kind : generated_groom_kinds()) {
       std::string usual = " |";
       for (const ShapeParameter& shape : shape_parameters(kind))
