@@ -55,16 +55,17 @@ inline bool shapes_a_generated_groom(const Parameter& parameter) {
 /// Keys of a scene file; of keys in the same object the first has the whole path. Keys without options of one object
 /// that have the same values, default and sentence are one row.
 inline std::string scene_keys_as_markdown() {
-  std::string table = "| key, option | value | default | meaning |\n|---|---|---|---|\n", row, rest;
+  std::string table = "| key, option | value; default | meaning |\n|---|---|---|\n", row, rest;
   std::string_view before;
   for (const Parameter& parameter : parameters()) {
     if (parameter.key.empty() || shapes_a_generated_groom(parameter)) continue;
     const std::string_view key = parameter.key.substr(1), object = key.substr(0, key.rfind('/') + 1);
     const bool same = !object.empty() && object == before, left_out = parameter.sentence == "left out";
     before = object;
+    const std::string usual = parameter.usual.empty() ? "" : fmt::format("; {}", parameter.usual);
     const std::string next =
-        left_out ? " | | | left out with a warning |\n"
-                 : fmt::format(" | {} | {} | {} |\n", values_as_text(parameter), parameter.usual, parameter.sentence);
+        left_out ? " | | left out with a warning |\n"
+                 : fmt::format(" | {}{} | {} |\n", values_as_text(parameter), usual, parameter.sentence);
     if (same && next == rest && parameter.option.empty()) {
       row += fmt::format(", `{}`", key.substr(object.size()));
       continue;
