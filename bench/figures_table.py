@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes bench/results/README.md: every stored figure with the commit it was made by, its date and its age.
+"""Writes bench/results/README.md: every stored figure with the commit it was made by and its date.
 
 usage: bench/figures_table.py [--check]
 
@@ -46,23 +46,24 @@ def main():
         print(f"{name}: no commit of the history", file=sys.stderr)
     if lost or "--check" in sys.argv:
         sys.exit(1 if lost else 0)
-    lines = ["# Stored figures", "",
-             "Written by `bench/figures_table.py`; `StoredFigures` holds that every commit is in the history. *Age*: commits from it to the",
-             f"one this table was written at ({git('rev-parse', '--short', 'HEAD')}, {git('show', '-s', '--format=%cs', 'HEAD')}). Made again by `./bootstrap bench --all`, in a night.", "",
-             "| figure | commit | date | age | remarks |", "|---|---|---|---|---|"]
+    rows = {}
     for (stem, commit, was), contexts in sorted(groups.items()):
         remarks = []
-        if len(contexts) > 1:
-            remarks.append(f"{len(contexts)} files")
         if was:
-            remarks.append(f"stored by this commit; measured by {was[:10]}, which is not in the history" if re.fullmatch("[0-9a-f]+", was)
-                           else "stored by this commit; it does not say which one measured it")
+            remarks.append(f"lost: {was[:10]}" if re.fullmatch("[0-9a-f]+", was) else "lost")
         if contexts[0].get("quick"):
-            remarks.append("a `--quick` run")
+            remarks.append("`--quick`")
         if contexts[0].get("changed_files"):
-            remarks.append(f"{contexts[0]['changed_files']} files were changed and not committed")
-        age = git("rev-list", "--count", f"{commit}..HEAD")
-        lines.append(f"| {stem} | {commit[:10]} | {git('show', '-s', '--format=%cs', commit)} | {age} | {'; '.join(remarks)} |")
+            remarks.append(f"{contexts[0]['changed_files']} files changed")
+        name = stem.removesuffix(".json") + (f" ({len(contexts)})" if len(contexts) > 1 else "")
+        rows.setdefault((commit, ", ".join(remarks)), []).append(name)
+    lines = ["# Stored figures", "",
+             "Written by `bench/figures_table.py`; `StoredFigures` holds that every commit is in the history. `./bootstrap bench --all`",
+             "makes all again, in a night. *Lost*: the commit stored the figure; the one that measured it is not in the history, or not",
+             "named. *Changed*: files that were not committed.", "",
+             "| commit | date | figures (files) | remarks |", "|---|---|---|---|"]
+    for (commit, remarks), names in sorted(rows.items(), key=lambda row: row[1]):
+        lines.append(f"| {commit[:10]} | {git('show', '-s', '--format=%cs', commit)} | {', '.join(names)} | {remarks} |")
     with open(os.path.join(RESULTS, "README.md"), "w") as file:
         file.write("\n".join(lines) + "\n")
 

@@ -1,5 +1,5 @@
 # That libtress_c exports tress_* alone, and that hosts in C11 and C++17 build against its headers without a warning and
-# run. The C of include/README.md is fiber.c.
+# run.
 # cmake -DLIBRARY=... -DWORK=... -DCOMPILER=... -P check_c.cmake
 include(${CMAKE_CURRENT_LIST_DIR}/expect_libraries.cmake)
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
@@ -43,10 +43,4 @@ if(nvcc)
   run(${WORK}/frozen ${WORK}/fiber.cache)
 endif()
 
-file(READ ${include}/README.md page)
-file(READ ${CMAKE_CURRENT_LIST_DIR}/fiber.c example)
-string(FIND "${page}" "```c\n${example}```" place)
-if(place EQUAL -1)
-  message(FATAL_ERROR "expected tests/embedding/fiber.c as it stands in include/README.md, found other C")
-endif()
 file(REMOVE_RECURSE ${WORK})

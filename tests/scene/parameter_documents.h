@@ -7,60 +7,80 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "scene/generate/generated_grooms.h"
 #include "scene/model/parameters.h"
 
 namespace tress::scene {
 
-inline std::string plain_values_as_text(const Parameter& parameter) {
-  switch (parameter.kind) {
-    case ValueKind::number:
-    case ValueKind::whole:
-      return words(parameter);
-    case ValueKind::triple:
-      return "3 numbers, " + words(parameter);
-    case ValueKind::numbers_by_name:
-      return fmt::format("`{}`, each {}", parameter.choices, words(parameter));
-    case ValueKind::triples_by_name:
-      return fmt::format("`{}`, each 3 numbers, {}", parameter.choices, words(parameter));
-    case ValueKind::either:
-      return fmt::format("3 numbers, {}, or `{}`", words(parameter), parameter.choices);
-    case ValueKind::choice:
-      return fmt::format("one of `{}`", parameter.choices);
-    case ValueKind::text:
-      return "text";
-    case ValueKind::flag:
-      return "true, false";
-    case ValueKind::only_true:
-      return "true";
-  }
-  return {};
-}
-
+/// The values of a parameter in few words; "*" if a source may take the place of one.
 inline std::string values_as_text(const Parameter& parameter) {
-  return plain_values_as_text(parameter) + (parameter.varies ? ", or a source" : "");
+  std::string range = words(parameter);
+  if (parameter.kind == ValueKind::whole) range.replace(0, range.find(','), "whole");
+  for (const auto& [end, unit] : {std::pair("_deg", " degrees"), std::pair("_cm", " cm"), std::pair("_mm", " mm")})
+    if (parameter.key.ends_with(end) && range.ends_with(unit)) range.resize(range.size() - std::string(unit).size());
+  const std::string text = [&]() -> std::string {
+    switch (parameter.kind) {
+      case ValueKind::number:
+      case ValueKind::whole:
+        return range;
+      case ValueKind::triple:
+        return "3 of " + range;
+      case ValueKind::numbers_by_name:
+        return fmt::format("`{}`, each {}", parameter.choices, range);
+      case ValueKind::triples_by_name:
+        return fmt::format("`{}`, each 3 of {}", parameter.choices, range);
+      case ValueKind::either:
+        return fmt::format("3 of {}, or `{}`", range, parameter.choices);
+      case ValueKind::choice:
+        return fmt::format("`{}`", parameter.choices);
+      case ValueKind::text:
+        return "text";
+      case ValueKind::flag:
+        return "true, false";
+      case ValueKind::only_true:
+        return "true";
+    }
+    return {};
+  }();
+  return text + (parameter.varies ? " *" : "");
 }
 
-/// Keys of a scene file; of keys in the same object the first has the whole path.
+/// Whether a key belongs to kinds of generated grooms, which have a table of their own.
+inline bool shapes_a_generated_groom(const Parameter& parameter) {
+  return parameter.key.starts_with("/grooms/N/") && parameter.usual == "by kind" && parameter.kind != ValueKind::whole;
+}
+
+/// Keys of a scene file; of keys in the same object the first has the whole path. Keys without options of one object
+/// that have the same values, default and sentence are one row.
 inline std::string scene_keys_as_markdown() {
-  std::string table = "| key, option | value | default | meaning |\n|---|---|---|---|\n";
+  std::string table = "| key, option | value; default | meaning |\n|---|---|---|\n", row, rest;
   std::string_view before;
   for (const Parameter& parameter : parameters()) {
-    if (parameter.key.empty()) continue;
+    if (parameter.key.empty() || shapes_a_generated_groom(parameter)) continue;
     const std::string_view key = parameter.key.substr(1), object = key.substr(0, key.rfind('/') + 1);
-    const bool same = !object.empty() && object == before;
+    const bool same = !object.empty() && object == before, left_out = parameter.sentence == "left out";
     before = object;
+    const std::string usual = parameter.usual.empty() ? "" : fmt::format("; {}", parameter.usual);
+    const std::string next =
+        left_out ? " | | left out with a warning |\n"
+                 : fmt::format(" | {}{} | {} |\n", values_as_text(parameter), usual, parameter.sentence);
+    if (same && next == rest && parameter.option.empty()) {
+      row += fmt::format(", `{}`", key.substr(object.size()));
+      continue;
+    }
+    table += row + rest;
     const std::string option = parameter.option.empty() ? "" : fmt::format(", `{}`", parameter.option);
-    table += fmt::format("| `{}{}`{} | {} | {} | {} |\n", same ? ".../" : "", same ? key.substr(object.size()) : key,
-                         option, values_as_text(parameter), parameter.usual, parameter.sentence);
+    row = fmt::format("| `{}{}`{}", same ? ".../" : "", same ? key.substr(object.size()) : key, option);
+    rest = next;
   }
-  return table;
+  return table + row + rest;
 }
 
 /// Keys of generated grooms, with the default of each kind.
 inline std::string generated_grooms_as_markdown() {
-  std::string head = "| key, range |", line = "|---|", table = "| `strands` |";
+  std::string head = "| key, range | meaning |", line = "|---|---|", table = "| `strands` | |";
   for (const std::string& kind : generated_groom_kinds()) {
     head += fmt::format(" `{}` |", kind);
     line += "---|";
@@ -69,10 +89,9 @@ inline std::string generated_grooms_as_markdown() {
   table = head + "\n" + line + "\n" + table + "\n";
   constexpr std::string_view grooms = "/grooms/N/";
   for (const Parameter& parameter : parameters()) {
-    if (!parameter.key.starts_with(grooms) || parameter.usual != "by kind" || parameter.kind == ValueKind::whole)
-      continue;
+    if (!shapes_a_generated_groom(parameter)) continue;
     const std::string_view key = parameter.key.substr(grooms.size());
-    table += fmt::format("| `{}`, {} |", key, words(parameter));
+    table += fmt::format("| `{}`, {} | {} |", key, values_as_text(parameter), parameter.sentence);
     for (const std::string& kind : generated_groom_kinds()) {
       std::string usual = " |";
       for (const ShapeParameter& shape : shape_parameters(kind))

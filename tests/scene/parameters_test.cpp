@@ -1,4 +1,4 @@
-// One table of parameters: what scenes/schema.json, scenes/README.md and the readers say is what it says.
+// One table of parameters: what scenes/schema.json, scenes/KEYS.md and the readers say is what it says.
 #include "scene/model/parameters.h"
 
 #include <gtest/gtest.h>
@@ -91,10 +91,10 @@ TEST(Parameters, TheSchemaGetsTheKeysThatItLacks) {
 }
 
 TEST(Parameters, TheTablesOfTheManualAreTheirs) {
-  std::string manual = text_of(scenes() / "README.md");
+  std::string manual = text_of(scenes() / "KEYS.md");
   ASSERT_TRUE(replace_table(scene_keys_as_markdown(), &manual));
   ASSERT_TRUE(replace_table(generated_grooms_as_markdown(), &manual));
-  expect_document("README.md", manual);
+  expect_document("KEYS.md", manual);
 }
 
 /// What a message says of a range is the range: both ends are taken, what is next to them is not.

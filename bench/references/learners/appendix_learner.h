@@ -5,7 +5,17 @@
 
 namespace tress::inline v0_2::adaptive {
 
-/// As printed, one reading of it line by line (ESTIMATOR.md, E6). A reference: it does not converge.
+/// As printed, one reading of it line by line. A reference: it does not converge.
+///   "a small, threshold parameter" epsilon; tau in the test: tau = epsilon.
+///   phi is sampled from the mixture, w(phi) = N/sum a p: from the entry as it stands, with the uniform share.
+///   2, if (N - sum a_d p_d) w >= tau: one-sided as printed; a fit that is too high is never lowered.
+///   i: the component to which the sample most likely belongs.
+///   3, b'_i in {b: d/db p_i(phi; b) = 0}: its mode at phi; its scales stay, since none makes that derivative 0 there.
+///   4, a'_i = (N - sum a_d p_d(phi; b'_d)) / p(phi; b'_i): the sum is over all d with the old a.
+///   "averaging every new entry": a_i and mu_i move by 1/n at the n-th entry, the mode round the circle.
+///   6, the objective N - sum a' p(b'): not used; it is 0 by construction, so every row would converge.
+/// Where the fit is right, residual and new weight are both 0, and the average pulls the old weight towards 0: its
+/// fixed points are not those of least squares.
 class LiteralAppendixLearner final : public RowLearner {
  public:
   void begin(FitContext& context) override;

@@ -1,4 +1,4 @@
-"""A scene as plain objects: the keys of a scene file (scenes/README.md) by their names.
+"""A scene as plain objects: the keys of a scene file (scenes/KEYS.md) by their names.
 
 What is None is not said, and the scene file's default holds. Keys with keys of their own take a dict: `taper={"tip":
 0.2}`. Values are checked when the scene is rendered, by the reader of scene files, with its words.

@@ -1,5 +1,5 @@
 // All keys of a scene file and numbers of the command line: ranges, units, defaults, and one sentence each. Readers,
-// options, messages, Python's classes, scenes/schema.json and the tables of scenes/README.md follow this one table. A
+// options, messages, Python's classes, scenes/schema.json and the tables of scenes/KEYS.md follow this one table. A
 // new number of a material is a row here, a member of Material (scene.h) and the line of read_material() that reads it;
 // tests write the schema and the tables then (TRESS_REWRITE=1 in the environment, Parameters.*), and the build the
 // classes.

@@ -1,4 +1,4 @@
-// The scene JSON file and its parts, read and checked, with no other file loaded yet (scenes/README.md).
+// The scene JSON file and its parts, read and checked, with no other file loaded yet (scenes/KEYS.md).
 #pragma once
 
 #include <cstdint>

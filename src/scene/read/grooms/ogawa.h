@@ -1,4 +1,9 @@
 // The container of Alembic's files since 2013: groups of groups and data, and the properties that they represent.
+//
+// A file begins with `Ogawa`, 255 once it is closed, version 1 (u16, big endian) and the u64 place of the root group;
+// the rest is little endian. A group is a u64 number of children and a u64 each, whose top bit says data. Data are a
+// u64 size and bytes, samples behind a key of 16. Types: 0 bool, 1 u8, 2 i8, 3 u16, 4 i16, 5 u32, 6 i32, 7 u64, 8 i64,
+// 9 f16, 10 f32, 11 f64.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +24,7 @@ struct OgawaProperty {
   std::string name, metadata;
   bool is_text() const { return pod >= 12; }
   Kind kind = Kind::compound;
-  std::uint8_t pod = 0;      ///< type of a number, in the file's code (README.md)
+  std::uint8_t pod = 0;      ///< type of a number, in the file's code (above)
   std::uint32_t extent = 1;  ///< numbers in a value
   std::uint64_t samples = 0;
   std::uint64_t first_change = 1, last_change = 0;  ///< samples before the first and after the last change equal those

@@ -1,5 +1,13 @@
-// Reads a layer of USD as a crate (README.md). Values are the crate's own references to them: a type, and a place or
-// the value itself.
+// Reads a layer of USD as a crate. Values are the crate's own references to them: a type, and a place or the value
+// itself.
+//
+// A crate of version 0.4 to 0.12, little endian, begins with `PXR-USDC`, 8 bytes of version and the i64 place of the
+// table of contents: a u64 number of rows, each a name of 16 characters, i64 place, i64 size. `TOKENS` are texts,
+// `STRINGS` numbers of tokens, `FIELDS` a token and a value each, `FIELDSETS` lists of fields up to -1, `PATHS` a tree,
+// `SPECS` a path, its fields and what it is. Integers are packed as differences, of 0, 1, 2 or 4 bytes by a code of 2
+// bits (those of 8 bytes: 0, 2, 4, 8), then by LZ4. A value is 64 bits: array, in the bits themselves, packed; its type
+// in 8 bits, and in 48 its place or itself. Lists of floats are packed as integers (`i`) or as a table and places in it
+// (`t`). Assets, splines and path expressions are named and not read.
 #include <fmt/format.h>
 
 #include <algorithm>
