@@ -44,8 +44,9 @@ int main(int argument_count, char** arguments) {
       if (!hit || hit->is_surface) break;
       ++met;
       const scene::Groom& other = scene->grooms[hit->groom];
-      const double axis = fiber::major_semi_axis(other.radius_cm[other.first_point[hit->strand]],
-                                                 scene->fibers[other.fiber_at(hit->strand, 0, 1)].eccentricity);
+      const double axis =
+          fiber::major_semi_axis(other.radius_cm[other.first_point[hit->strand]],
+                                 scene->fibers[other.fiber[other.station_at(hit->strand, 0, 1)]].eccentricity);
       near += hit->distance_cm < 2 * axis;
     }
   }
