@@ -238,6 +238,7 @@ struct Groom {
   /// The copies of the groom that the scene has, which share its strands; points, radii and minor axes are theirs
   /// before they are placed. Empty: the groom itself, whose points are in the scene's coordinates.
   std::vector<Instance> instances = {};
+  std::uint32_t first_instance = 0;  ///< the number of its first instance in mattes, of those of its object
   std::uint32_t material = 0;
   /// Index into Scene::fibers, per strand, or per station if strands vary along their length (station_at()).
   std::vector<std::uint32_t> fiber;
