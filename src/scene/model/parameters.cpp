@@ -361,7 +361,44 @@ constexpr Parameter table[] = {
         "of the second of two values: of `mix`, in place of the first; of `random`, the share of the strands that "
         "have it, and the others have the first",
         true},
-    Parameter{"/SOURCE/seed", "", whole, seeds, "", "", "0", "of `random`: other strands for another number"},
+    Parameter{"/SOURCE/seed", "", whole, seeds, "", "", "0",
+              "of `random` and `normal`: other strands for another number"},
+    Parameter{"/SOURCE/deviation",
+              "",
+              number,
+              {0, 1e4},
+              "",
+              "",
+              "needed",
+              "of `normal`, beside the mean: standard deviation, in the unit of the value; of a color, of all channels "
+              "alike"},
+    Parameter{"/SOURCE/hue",
+              "",
+              number,
+              {-100, 100},
+              "turns",
+              "",
+              "0",
+              "of `hsvadjust`: added to the hue; 1/3 makes green of red",
+              true},
+    Parameter{"/SOURCE/saturation",
+              "",
+              number,
+              {0, 100},
+              "",
+              "",
+              "1",
+              "of `hsvadjust`: factor of the saturation, which ends at 1",
+              true},
+    Parameter{"/SOURCE/value",
+              "",
+              number,
+              {0, 100},
+              "",
+              "",
+              "1",
+              "of `hsvadjust`: factor of the value, the largest channel",
+              true},
     Parameter{"/SOURCE/attribute", "", text, none, "", "", "", "name of an attribute of the groom's file"},
     Parameter{"/SOURCE/texture", "", text, none, "", "", "", "a path to a PNG or EXR over the root uv of the groom"},
     Parameter{"/SOURCE/space", "", choice, none, "", "srgb, linear", "srgb",
@@ -871,7 +908,8 @@ const Parameter* parameter_at(std::string_view place) {
   const std::string key = general(place);
   if (const auto found = by_key.find(key); found != by_key.end()) return found->second;
   // Each part of a source has the range of the value that it replaces; a source's own keys may be in any source.
-  for (const std::string_view part : {"/ramp/N/N", "/random/N", "/mix/N", "/sum/N", "/root", "/tip"}) {
+  for (const std::string_view part :
+       {"/ramp/N/N", "/random/N", "/normal", "/mix/N", "/sum/N", "/hsvadjust", "/root", "/tip"}) {
     if (!key.ends_with(part)) continue;
     const Parameter* whole = parameter_at(key.substr(0, key.size() - part.size()));
     if (whole == nullptr || !whole->varies) continue;

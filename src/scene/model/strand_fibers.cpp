@@ -123,9 +123,10 @@ void set_power(double x, double ratio, int* power, std::uint16_t* above) {
   *above = static_cast<std::uint16_t>(share % 65536);
 }
 
-/// The same for x >= 0, to a power times least_absorption, or to `clear`.
+/// The same to a power times least_absorption, or to `clear`; x below 0, of a sum or a normal distribution, counts as
+/// 0.
 void set_absorption(double x, double ratio, int* power, std::uint16_t* above) {
-  const double in_least = x / least_absorption;
+  const double in_least = std::max(x, 0.0) / least_absorption;
   const auto share = std::lround(65536 * in_least);
   if (share >= 65536) return set_power(std::max(in_least, 1.0), ratio, power, above);
   *power = clear;
