@@ -43,7 +43,7 @@ std::string refusal(const std::string& material) {
 /// The absorption at a place.
 glm::vec3 absorption(const Material& material, const StrandPlace& place) {
   if (!material.pigment) return material.fiber.sigma_a;
-  return material.pigment->sigma_a(material.pigment->source.at(place), material.fiber);
+  return material.pigment->at(place, material.fiber);
 }
 
 void expect_near(const glm::vec3& found, const glm::vec3& expected) {
@@ -284,6 +284,34 @@ TEST(Sources, OfColorsAreAdjustedInHueSaturationAndValue) {
   EXPECT_TRUE(material_of(R"("tint": {"TRT": {"hsvadjust": [1, 0.5, 0.5], "hue": {"random": [0, 1]}}})").tint[2]);
 }
 
+/// A dye's absorption adds to that of melanin, wherever a material has melanin.
+TEST(Sources, OfADyeAddToMelanin) {
+  const StrandPlace middle{.share = 0.5f, .strand = 3};
+  const auto found = [&](const std::string& keys) { return absorption(material_of(keys), middle); };
+  const fiber::FiberParameters usual = material_of(R"("hair": "brown")").fiber;
+  const glm::vec3 pink = fiber::sigma_a_of_lock({1, 0.5f, 0.5f}, usual);
+  EXPECT_GT(pink.y, 10 * pink.x);
+  expect_near(found(R"("melanin": {"eumelanin": 1.1}, "dye": [1, 0.5, 0.5])"),
+              fiber::sigma_a_from_melanin(1.1f, 0) + pink);
+  expect_near(found(R"("hair": "brown", "dye": {"root": [1, 0, 0], "tip": [1, 1, 1]})"), usual.sigma_a + pink);
+  expect_near(found(R"("melanin": {"eumelanin": {"root": 1, "tip": 3}}, "dye": [1, 0.5, 0.5])"),
+              fiber::sigma_a_from_melanin(2, 0) + pink);
+  EXPECT_FALSE(material_of(R"("melanin": {"eumelanin": 1.1}, "dye": [1, 0.5, 0.5])").pigment);
+  EXPECT_LT(glm::length(found(R"("hair": "brown", "dye": [1, 1, 1])") - usual.sigma_a), 1e-3f) << "white dyes nothing";
+  const glm::vec3 node = fiber::sigma_a_of_principled_color({1, 0.5f, 0.5f}, 0.3f);
+  expect_near(found(R"("principled": {"melanin": 0.4, "tint": {"root": [1, 0, 0], "tip": [1, 1, 1]}})"),
+              fiber::sigma_a_of_principled_melanin(0.4f, 1) + node);
+  const std::string hair_color = R"("melanin": 0.4, "randomMelanin": 0, "strayDensity": 0, "dye": [1, 0.5, 0.5])";
+  const Material random = material_of(R"("marschner": {"hair_color": {)" + hair_color +
+                                      R"(, "randomDyeHue": 0.5, "randomDyeSaturation": 1}})");
+  EXPECT_TRUE(random.left_out.empty());
+  const float u_hue = RandomStream(3, 3).next(), u_saturation = RandomStream(4, 3).next();
+  expect_near(absorption(random, middle),
+              fiber::sigma_a_of_principled_melanin(0.4f, 0) +
+                  fiber::sigma_a_of_principled_color(
+                      hsv_adjusted({1, 0.5f, 0.5f}, 0.5f * u_hue - 0.25f, 2 * u_saturation, 1), 0.3f));
+}
+
 TEST(Sources, OfPresenceAreValuesOfTheirStrands) {
   Scene scene;
   scene.materials = {material_of(R"("presence": {"ramp": [[0.5, 1], [1, 0]]})")};
@@ -364,6 +392,9 @@ TEST(Sources, WrongOnesAreRefusedByKeyAndPlace) {
        "/materials/0/roughness/hsvadjust: expected it at a key whose value is a color"},
       {R"("sigma_a": {"hsvadjust": [1, 2, 3]})",
        "/materials/0/sigma_a/hsvadjust: expected it at a key whose value is a color"},
+      {R"("dye": [1, 0.5, 0.5], "color": [0.2, 0.2, 0.2])",
+       "/materials/0/dye: expected this key beside \"melanin\" or \"hair\" only"},
+      {R"("hair": "brown", "dye": [1, 2, 0.5])", "/materials/0/dye/1: expected 0..1, found 2"},
       {R"("color": {"attribute": ""})", "/materials/0/color/attribute: expected a text of 1..4096 characters"},
       {R"("color": {"mix": [{"attribute": "a"}, {"attribute": "b"}], "share": 0.5})",
        "/materials/0: expected one attribute of the file in a material, found a, b"},

@@ -67,6 +67,15 @@ struct Pigment {
   Source source;
   /// Converts a value of the source into the fiber's absorption, per major semi-axis.
   std::function<glm::vec3(const glm::vec3& value, const fiber::FiberParameters& fiber)> sigma_a;
+  /// The color of a dye over it, whose absorption adds to it; unset: none.
+  std::optional<Source> dye = {};
+  decltype(sigma_a) dye_sigma_a = {};  ///< the same for the dye's color; set if there is a dye
+
+  /// The absorption at a place.
+  glm::vec3 at(const StrandPlace& place, const fiber::FiberParameters& fiber) const {
+    const glm::vec3 own = sigma_a(source.at(place), fiber);
+    return dye ? own + dye_sigma_a(dye->at(place), fiber) : own;
+  }
 };
 
 /// The numbers of a fiber, besides its roughness, that sources may replace.
@@ -107,6 +116,7 @@ struct Material {
 template <class SomeMaterial, class Visit>
 void for_each_source(SomeMaterial& material, Visit&& visit) {
   if (material.pigment) visit(material.pigment->source);
+  if (material.pigment && material.pigment->dye) visit(*material.pigment->dye);
   if (material.roughness) visit(*material.roughness);
   for (auto* sources : {&material.gain, &material.tint})
     for (auto& source : *sources)

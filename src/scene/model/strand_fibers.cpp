@@ -357,7 +357,8 @@ std::uint32_t stations_of(const Scene& scene, const Groom& groom) {
   const Pigment* pigment = pigment_of(scene, groom);
   const Material& material = scene.materials[groom.material];
   const auto along = [&](const Source& source) { return varies_along(groom, source); };
-  const bool varies = (pigment && varies_along(groom, pigment->source)) || any_fiber_source(material, along);
+  const bool varies = (pigment && (along(pigment->source) || (pigment->dye && along(*pigment->dye)))) ||
+                      any_fiber_source(material, along);
   return varies ? usual_stations_of(groom) : 0;
 }
 
@@ -434,7 +435,7 @@ void for_each_key(const Scene& scene, double ratio, Visit&& visit) {
           set_roughness(material.fiber, roughness, draws, &draws.key);
           fiber.roughness = static_cast<float>(roughness);
         }
-        const glm::vec3 sigma_a = pigment ? pigment->sigma_a(pigment->source.at(place), fiber) : glm::vec3(0.0f);
+        const glm::vec3 sigma_a = pigment ? pigment->at(place, fiber) : glm::vec3(0.0f);
         for (std::size_t c = 0; pigment && c < 3; ++c)
           set_absorption(sigma_a[static_cast<int>(c)] * draws.factor, ratio, &draws.key.color_power[c],
                          &draws.above[c]);

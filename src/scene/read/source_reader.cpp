@@ -216,4 +216,11 @@ std::optional<glm::vec3> take_pigment(Source source, decltype(Pigment::sigma_a) 
   return std::nullopt;
 }
 
+std::optional<glm::vec3> take_dyed(Pigment pigment, const fiber::FiberParameters& fiber, Material* material) {
+  const auto is_constant = [](const Source& source) { return source.kind == Source::Kind::constant; };
+  if (is_constant(pigment.source) && (!pigment.dye || is_constant(*pigment.dye))) return pigment.at({}, fiber);
+  material->pigment = std::move(pigment);
+  return std::nullopt;
+}
+
 }  // namespace tress::scene
