@@ -41,6 +41,12 @@ LOOKS = [
     (BROWN, {"layer": "P"}),
     (BROWN, {"layer": "strand_uv"}),
     (BROWN, {"layer": "strand_place"}),
+    ({"melanin": {"eumelanin": {"normal": 0.5, "deviation": 0.25}}}, {}),
+    ({"color": {"hsvadjust": [0.5, 0.12, 0.05], "hue": {"normal": 0, "deviation": 0.08}, "value": {"random": [0.5, 1.5], "seed": 1}}}, {}),
+    ({"hair": "blond", "dye": {"root": [1, 1, 1], "tip": [0.1, 0.3, 0.9]}}, {}),
+    ({"marschner": {"hair_color": {"melanin": 0.05, "strayDensity": 0, "dye": [0.9, 0.25, 0.3], "randomDyeHue": 0.4}}}, {}),
+    ({**BROWN, "thickness": {"random": [0, 2], "share": 0.5}}, {"left": BROWN}),
+    (BROWN, {"instances": [{"scale": 0.35, "translate": [0.75 * x, 0, z]} for z in (1.1, -1) for x in (-1, 1)]}),
 ]
 
 
@@ -102,6 +108,8 @@ def scene(material, extra):
             "environment": {"constant": [0.12, 0.12, 0.125]}, "lights": lights,
             "materials": [{"name": "look", **material}, {"name": "blue", "color": [0.05, 0.25, 0.7]}],
             "grooms": [{"name": "hair", "file": "swatch.usda", "material": "look", "looks": extra.get("looks", [])}]}
+    if "instances" in extra:
+        made["grooms"][0]["instances"] = extra["instances"]
     if "red" in extra:
         made["meshes"] = [{"name": "ball", "file": os.path.join(ROOT, "scenes", "sphere.obj"), "translate": [1.3, -2.6, -1.6],
                            "scale": 0.8, "albedo": [0.5, 0.5, 0.5]}]
@@ -162,12 +170,16 @@ def main():
     parser.add_argument("-o", "--output", default=os.path.join(ROOT, "build", "gallery"), help="folder")
     parser.add_argument("--tress", default=os.path.join(ROOT, "build", "release", "tress"), help="the program")
     parser.add_argument("--samples", type=int, default=48, help="a pixel")
+    parser.add_argument("--first", type=int, default=1, help="look to render; those before are of scenes/looks.png")
     options = parser.parse_args()
     os.makedirs(options.output, exist_ok=True)
     write_groom(options.output)
     rows = -(-len(LOOKS) // COLUMNS)
     sheet = numpy.full((rows * (HEIGHT + GAP) - GAP, COLUMNS * (WIDTH + GAP) - GAP, 3), 255, numpy.uint8)
-    for index in range(len(LOOKS)):
+    if options.first > 1:
+        known = OpenImageIO.ImageBuf(os.path.join(ROOT, "scenes", "looks.png")).get_pixels(OpenImageIO.UINT8)[:, :, :3]
+        sheet[:known.shape[0]] = known[:sheet.shape[0]]
+    for index in range(options.first - 1, len(LOOKS)):
         row, column = index // COLUMNS * (HEIGHT + GAP), index % COLUMNS * (WIDTH + GAP)
         sheet[row:row + HEIGHT, column:column + WIDTH] = tile(index + 1, options.output, options.tress, options.samples)
     write_png(sheet, os.path.join(options.output, "looks.png"))

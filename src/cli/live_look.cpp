@@ -98,9 +98,7 @@ live::RenderServer::Json color_of(const scene::Scene& scene) {
   };
   if (!material.pigment) return shown(material.fiber.sigma_a);
   const scene::Source& source = material.pigment->source;
-  const auto at = [&](float share) {
-    return shown(material.pigment->sigma_a(source.at({.share = share}), material.fiber));
-  };
+  const auto at = [&](float share) { return shown(material.pigment->at({.share = share}, material.fiber)); };
   if (source.kind != scene::Source::Kind::ramp || source.along != scene::Source::Along::share) return at(0.5f);
   Json stops = Json::array();
   for (const float place : source.places) stops.push_back({to_step(place), at(place)});

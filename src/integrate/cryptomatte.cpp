@@ -145,7 +145,7 @@ void add_mattes(const Film& film, const MatteKind& kind, image::Picture* picture
 }
 
 std::uint32_t strand_matte_bits(const scene::Groom& groom, std::uint32_t instance, std::uint32_t strand) {
-  const std::string place = groom.instances.empty() ? "" : fmt::format("{}/", instance);
+  const std::string place = groom.instances.empty() ? "" : fmt::format("{}/", groom.first_instance + instance);
   return std::bit_cast<std::uint32_t>(matte_id(fmt::format("{}/{}{}", groom.object, place, groom.strand_id(strand))));
 }
 

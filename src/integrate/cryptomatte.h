@@ -45,7 +45,8 @@ std::vector<MatteKind> matte_kinds(const scene::Scene& scene);
 void add_mattes(const Film& film, const MatteKind& kind, image::Picture* picture);
 
 /// The bits of the id of a strand, whose name is GROOM/ID, or GROOM/INSTANCE/ID if the groom has instances: the groom's
-/// name in mattes, the index of the instance (geometry::Hit::instance) and the strand's id.
+/// name in mattes, the number of the instance (geometry::Hit::instance, counted on from Groom::first_instance) and the
+/// strand's id.
 std::uint32_t strand_matte_bits(const scene::Groom& groom, std::uint32_t instance, std::uint32_t strand);
 
 /// Adds the layers of strands, CryptoStrand00 to CryptoStrand05, if the film counts them. Equal shares are ranked in

@@ -25,8 +25,9 @@ struct Vertex {
   int light_samples = 1, bcsdf_samples = 1;
 };
 
-/// Index of the hit's fiber in Scene::fibers. Where a strand varies, the bits of the hit choose among the fibers around
-/// the place. The same hit always gets the same fiber, and the mean over hits interpolates between them.
+/// Index of the hit's fiber in Scene::fibers. Where strands vary, the bits of the hit choose among the fibers around
+/// the place and among those of the absorptions around its own. The same hit always gets the same fiber, and the mean
+/// over hits interpolates between them.
 std::uint32_t fiber_of(const scene::Scene& scene, const geometry::Hit& hit);
 
 /// The object that was hit, as in scene::ObjectMarks.

@@ -107,7 +107,18 @@ class HairNodes(Folder):
         self.assertEqual(said, [])
         self.drawn(random)
         keys, varied, said = self.read("COLOR", Color=ramp_node("Length", "LINEAR", [(0, (0,) * 3), (1, (1,) * 3)]))
-        self.assertEqual((keys["principled"]["color"], varied.name, said), ([0.1, 0.1, 0.1], "Color", []))
+        self.assertEqual((keys["principled"]["color"], varied.parametrization, said), ([0.1, 0.1, 0.1], "COLOR", []))
+
+    def test_melanin_and_its_random_color_are_baked_where_they_are_computed(self):
+        ramp = ramp_node("Length", "LINEAR", [(0, (0,) * 3), (1, (1,) * 3)])
+        for name in ("Melanin", "Random Color"):
+            keys, varied, said = self.read("MELANIN", **{name: ramp})
+            self.assertEqual((varied is not None, said), (True, []), name)
+            self.assertEqual(keys["principled"]["melanin"], 0.8)
+            self.assertEqual(keys["principled"]["random_color"], 0.2)
+        _, varied, said = self.read("MELANIN", Roughness=ramp)
+        self.assertIsNone(varied)
+        self.assertIn("Roughness is linked to Color Ramp, which is not handed over", said[0])
 
 
 class Baked(unittest.TestCase):
@@ -119,6 +130,49 @@ class Baked(unittest.TestCase):
 
     def info(self, output):
         return SimpleNamespace(bl_idname="ShaderNodeHairInfo", bl_label="Hair Info", inputs={}), output
+
+    def hair(self, way="MELANIN", unknown=None, **inputs):
+        usual = {"Color": [0.1, 0.1, 0.1, 1], "Absorption Coefficient": [0.2, 0.5, 1.4], "Melanin": 0.6,
+                 "Melanin Redness": 0.3, "Tint": [1, 1, 1, 1], "Random Color": 0.0}
+        sockets = {name: Socket(name, value, *inputs.get(name, ())) for name, value in usual.items()}
+        node = SimpleNamespace(parametrization=way, inputs=sockets)
+        return bake.hair_colors(node, self.strands(attribute=np.array([[0.5] * 3] * 4 + [[0.9] * 3])), 0.3, unknown)
+
+    def paint(self):
+        return SimpleNamespace(bl_idname="ShaderNodeVertexColor", bl_label="Color Attribute", layer_name="x"), "Color"
+
+    def sigma_a(self, colors):
+        slope = 5.969 - 0.215 * 0.3 + 2.532 * 0.3**2 - 10.73 * 0.3**3 + 5.574 * 0.3**4 + 0.245 * 0.3**5
+        return (np.log(colors) / slope) ** 2
+
+    def test_melanin_is_baked_as_the_color_of_its_absorption(self):
+        melanin = np.array([0.5, 0.5, 0.5, 0.5, 0.9])
+        pigment = 0.7 * np.array([0.506, 0.841, 1.653]) + 0.3 * np.array([0.343, 0.733, 1.924])
+        expected = -np.log(1 - melanin)[:, None] * pigment
+        np.testing.assert_allclose(self.sigma_a(self.hair(**{"Melanin": self.paint()})), expected, rtol=1e-5)
+        # A tint of 0.5 adds its own; melanin is that of the socket.
+        dyed = self.sigma_a(self.hair(**{"Tint": self.paint()}))
+        tint = self.sigma_a(np.array([0.5, 0.5, 0.5, 0.5, 0.9]))[:, None]
+        np.testing.assert_allclose(dyed, -np.log(0.4) * pigment + tint, rtol=1e-5)
+        red = self.sigma_a(self.hair(**{"Melanin Redness": self.paint()}))[4]
+        np.testing.assert_allclose(red, -np.log(0.4) * (0.1 * bake.EUMELANIN + 0.9 * bake.PHEOMELANIN), rtol=1e-5)
+
+    def test_random_color_is_by_cycles_random_number(self):
+        u = np.array([3695015161] * 2 + [1267069554] * 3) / 0xffffffff
+        share = np.array([0.5, 0.5, 0.5, 0.5, 0.9])
+        pigment = 0.7 * bake.EUMELANIN + 0.3 * bake.PHEOMELANIN
+        expected = -np.log(1 - 0.6 * (1 + 2 * (u - 0.5) * share))[:, None] * pigment
+        np.testing.assert_allclose(self.sigma_a(self.hair(**{"Random Color": self.paint()})), expected, rtol=1e-5)
+
+    def test_absorptions_are_baked_and_inputs_without_counterpart_named(self):
+        found = self.sigma_a(self.hair("ABSORPTION", **{"Absorption Coefficient": self.paint()}))
+        np.testing.assert_allclose(found[:, 1], [0.5] * 4 + [0.9], rtol=1e-5)
+        noise = SimpleNamespace(bl_idname="ShaderNodeTexNoise", bl_label="Noise Texture"), "Fac"
+        said = []
+        both = self.hair(unknown=lambda *what: said.append(tuple(map(str, what))), **{"Melanin": self.paint(), "Tint": noise})
+        self.assertEqual(said, [("Tint", "Noise Texture")])
+        np.testing.assert_array_equal(both, self.hair(**{"Melanin": self.paint()}))
+        self.assertIsNone(self.hair(unknown=lambda *what: None, **{"Melanin": noise}))
 
     def colors(self, node, output="Color", **of):
         return bake.colors(Socket("Color", [0, 0, 0, 1], node, output), self.strands(**of))

@@ -9,12 +9,15 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 
 #include "integrate/renderer.h"
 #include "integrate/white_fiber.h"
+#include "scene/read/load_scene.h"
 
 namespace tress::integrate {
 namespace {
@@ -208,6 +211,44 @@ TEST(Cryptomatte, MattesOfAFileAddUpToTheCoverage) {
   EXPECT_GT(both, 0);  // pixels that have both
   const image::Picture again = render_with(scene, model, fibers, options, 1).picture;
   EXPECT_TRUE(image::compare(rendered, again, "two threads", "one")->identical);
+}
+
+/// A file of two prototypes, both with strands 0 and 1, drawn three and two times, and of two strands beside them: all
+/// ids differ. Instances count on from one prototype to the next; what is no instance keeps its name.
+TEST(Cryptomatte, StrandsOfDifferentPrototypesDiffer) {
+  const std::string curves =
+      "int[] curveVertexCounts = [2, 2] point3f[] points = [(0, 0, 0), (0, 0, 1), (1, 0, 0), (1, 0, 1)] float[] widths "
+      "= "
+      "[0.1] (interpolation = \"constant\") uniform token type = \"linear\" int[] primvars:id = [0, 1] ( interpolation "
+      "= "
+      "\"uniform\" )";
+  const std::filesystem::path file =
+      std::filesystem::path(testing::TempDir()) / ("tress_prototypes_" + std::to_string(getpid()) + ".usda");
+  std::ofstream(file) << fmt::format(
+      "#usda 1.0\n(metersPerUnit = 0.01 upAxis = \"Z\")\ndef BasisCurves \"own\" {{ {0} }}\ndef PointInstancer \"i\" "
+      "{{ rel "
+      "prototypes = [</i/A>, </i/B>] int[] protoIndices = [0, 1, 0, 0, 1] point3f[] positions = [(0, 9, 0), (0, 8, 0), "
+      "(0, "
+      "7, 0), (0, 6, 0), (0, 5, 0)]\ndef BasisCurves \"A\" {{ {0} }}\ndef BasisCurves \"B\" {{ {0} }} }}\n",
+      curves);
+  const auto scene = scene::load_scene(file);
+  std::filesystem::remove(file);
+  ASSERT_TRUE(scene) << scene.error().message();
+  ASSERT_EQ(scene->grooms.size(), 3u);
+  std::set<std::uint32_t> ids, expected;
+  std::size_t count = 0;
+  for (const scene::Groom& groom : scene->grooms)
+    for (std::uint32_t instance = 0; instance < groom.times(); ++instance)
+      for (std::uint32_t strand = 0; strand < groom.strand_count(); ++strand, ++count)
+        ids.insert(strand_matte_bits(groom, instance, strand));
+  EXPECT_EQ(count, 12u);
+  for (const char* strand : {"0", "1"}) {
+    const std::string object = scene->grooms[0].object;
+    expected.insert(std::bit_cast<std::uint32_t>(matte_id(object + "/" + strand)));
+    for (int instance = 0; instance < 5; ++instance)
+      expected.insert(std::bit_cast<std::uint32_t>(matte_id(fmt::format("{}/{}/{}", object, instance, strand))));
+  }
+  EXPECT_EQ(ids, expected);
 }
 
 TEST(Cryptomatte, LayersThatAreNotKeptTakeTheirEntriesAlong) {

@@ -87,6 +87,7 @@ TEST(StrandPlace, HitsBetweenTwoColorsAreOfBothByHowNearTheyAre) {
   const geometry::FiberScene fibers(scene);
   scene::Groom& groom = scene.grooms[0];
   std::iota(groom.fiber.begin(), groom.fiber.end(), 0u);  // every station another
+  groom.above.clear();                                    // and none between two absorptions
   const auto stations = static_cast<float>(groom.stations_a_segment);
   RandomStream random(11);
   constexpr int n = 20000;

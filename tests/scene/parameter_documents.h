@@ -159,7 +159,8 @@ inline int describe_values(nlohmann::ordered_json* node, const std::string& plac
     return count;
   }
   if (node->value("type", "") == "object" && !node->contains("properties")) {
-    (*node)["description"] = "a source: ramp, random, mix, sum, attribute or texture (scenes/README.md)";
+    (*node)["description"] =
+        "a source: ramp, random, normal, mix, sum, hsvadjust, attribute or texture (scenes/README.md)";
     const Parameter* parameter = parameter_at(place);
     return parameter != nullptr && parameter->varies ? 1 : -1;
   }

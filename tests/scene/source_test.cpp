@@ -3,9 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <glm/ext/vector_double3.hpp>
 #include <glm/geometric.hpp>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +18,8 @@
 #include "scene/read/scene_file.h"
 #include "tress/base/random.h"
 #include "tress/fiber/lock_color.h"
+#include "tress/fiber/parameter_ranges.h"
+#include "tress/fiber/principled_hair.h"
 
 namespace tress::scene {
 namespace {
@@ -37,7 +43,7 @@ std::string refusal(const std::string& material) {
 /// The absorption at a place.
 glm::vec3 absorption(const Material& material, const StrandPlace& place) {
   if (!material.pigment) return material.fiber.sigma_a;
-  return material.pigment->sigma_a(material.pigment->source.at(place), material.fiber);
+  return material.pigment->at(place, material.fiber);
 }
 
 void expect_near(const glm::vec3& found, const glm::vec3& expected) {
@@ -180,6 +186,132 @@ TEST(Sources, AddUp) {
   EXPECT_NEAR(squares / 4096 - mean * mean, 0.25, 5 * 0.25 * std::sqrt(2.0 / 4096));
 }
 
+/// The mean, the deviation and the share beyond one deviation, over 20,000 strands within 5 standard errors; 0.3173 is
+/// the normal distribution's. Along a strand it is one number, and as other seeds it is independent of others.
+TEST(Sources, NormalOnesHaveTheirMeanAndDeviationByStrand) {
+  const Material material = material_of(R"("roughness": {"normal": 0.3, "deviation": 0.05})"),
+                 seeded = material_of(R"("roughness": {"normal": 0.3, "deviation": 0.05, "seed": 4})");
+  constexpr int n = 20000;
+  double sum = 0, squares = 0, product = 0, beyond = 0;
+  for (std::uint64_t strand = 0; strand < n; ++strand) {
+    const double z = (double{material.roughness->at({.strand = mix_bits(strand)}).x} - 0.3) / 0.05;
+    EXPECT_EQ(material.roughness->at({.strand = mix_bits(strand)}).x,
+              material.roughness->at({.share = 0.6f, .strand = mix_bits(strand)}).x);
+    sum += z;
+    squares += z * z;
+    beyond += std::abs(z) > 1;
+    product += z * (double{seeded.roughness->at({.strand = mix_bits(strand)}).x} - 0.3) / 0.05;
+  }
+  EXPECT_NEAR(sum / n, 0, 5 / std::sqrt(n));
+  EXPECT_NEAR(squares / n, 1, 5 * std::sqrt(2.0 / n));
+  EXPECT_NEAR(beyond / n, 0.3173, 5 * std::sqrt(0.3173 * 0.6827 / n));
+  EXPECT_NEAR(product / n, 0, 5 / std::sqrt(n));
+  EXPECT_EQ(material.fiber.roughness, 0.3f);
+  EXPECT_EQ(material_of(R"("tilt_deg": {"normal": 2, "deviation": 0})").fiber, material_of(R"("tilt_deg": 2)").fiber);
+  const Material tilted = material_of(R"("tilt_deg": {"normal": {"root": 2, "tip": 4}, "deviation": 1})");
+  const Source& tilt = *tilted.numbers[static_cast<std::size_t>(FiberNumber::tilt)];
+  EXPECT_NEAR(tilt.at({.share = 1, .strand = 9}).x - tilt.at({.share = 0, .strand = 9}).x, 2 * std::numbers::pi / 180,
+              1e-6);
+}
+
+/// Values beyond the range are held to it: strands at both ends and none beyond, no absorption below 0.
+TEST(Sources, NormalOnesAreHeldToTheRangeOfTheirValue) {
+  Scene scene;
+  Groom groom;
+  groom.basis = StrandBasis::linear;
+  groom.first_point = {0};
+  for (std::uint32_t s = 0; s < 300; ++s) {
+    groom.points.insert(groom.points.end(), {{s, 0, 0}, {s, 0, 1}});
+    groom.first_point.push_back(2 * s + 2);
+  }
+  scene.grooms = {groom};
+  for (const char* wide :
+       {R"("roughness": {"normal": 0.2, "deviation": 2})", R"("tilt_deg": {"normal": 5, "deviation": 9})",
+        R"("sigma_a": {"normal": [0.1, 1, 0], "deviation": 3})",
+        R"("color": {"normal": [0.1, 0.5, 0.9], "deviation": 0.5})",
+        R"("melanin": {"eumelanin": {"normal": 0.1, "deviation": 1}})",
+        R"("principled": {"melanin": {"normal": 0.9, "deviation": 1}})",
+        R"("gain": {"R": {"normal": 1, "deviation": 60}})"}) {
+    scene.materials = {material_of(wide)};
+    EXPECT_FALSE(assign_fibers(&scene)) << wide;
+    EXPECT_GT(scene.fibers.size(), 2u) << wide;
+    for (const fiber::FiberParameters& fiber : scene.fibers) EXPECT_EQ(fiber::out_of_range(fiber), nullptr) << wide;
+  }
+}
+
+/// Hue, saturation and value by the textbook's formulas (Foley and others, 13.3.4), and back.
+struct Hsv {
+  double hue, saturation, value;
+};
+Hsv hsv_of(const glm::dvec3& c) {
+  const double most = std::max({c.x, c.y, c.z}), least = std::min({c.x, c.y, c.z}), range = most - least;
+  if (range == 0) return {0, 0, most};
+  const double hue = most == c.x   ? (c.y - c.z) / range
+                     : most == c.y ? 2 + (c.z - c.x) / range
+                                   : 4 + (c.x - c.y) / range;
+  return {hue / 6 < 0 ? hue / 6 + 1 : hue / 6, range / most, most};
+}
+glm::dvec3 rgb_of(const Hsv& hsv) {
+  const double h = 6 * (hsv.hue - std::floor(hsv.hue)), i = std::floor(h), f = h - i, v = hsv.value;
+  const double p = v * (1 - hsv.saturation), q = v * (1 - hsv.saturation * f), t = v * (1 - hsv.saturation * (1 - f));
+  const std::array<glm::dvec3, 6> sectors{{{v, t, p}, {q, v, p}, {p, v, t}, {p, q, v}, {t, p, v}, {v, p, q}}};
+  return sectors[static_cast<std::size_t>(i) % 6];
+}
+
+TEST(Sources, OfColorsAreAdjustedInHueSaturationAndValue) {
+  RandomStream random(31);
+  for (int i = 0; i < 2000; ++i) {
+    const glm::vec3 color(random.next(), random.next(), random.next());
+    const float hue = 4 * random.next() - 2, saturation = 2 * random.next(), value = 2 * random.next();
+    Hsv hsv = hsv_of(color);
+    hsv = {hsv.hue + hue, std::min(hsv.saturation * saturation, 1.0), hsv.value * value};
+    EXPECT_LT(glm::distance(glm::dvec3(hsv_adjusted(color, hue, saturation, value)), rgb_of(hsv)), 5e-6) << i;
+  }
+  EXPECT_EQ(hsv_adjusted({-1, 0, -2}, 0.3f, 0, 2), glm::vec3(0.0f));
+  EXPECT_EQ(hsv_adjusted(glm::vec3(0.25f), 0.3f, 5, 2), glm::vec3(0.5f)) << "grey has no hue";
+  expect_near(hsv_adjusted({1, 0, 0}, 1 / 3.0f, 1, 1), {0, 1, 0});
+  const Material varied = material_of(
+      R"("color": {"hsvadjust": [0.6, 0.3, 0.1], "hue": {"random": [-0.1, 0.1]}, "saturation": {"root": 1, "tip": 0.5}, "value": {"random": [0.5, 1.5], "seed": 2}})");
+  ASSERT_TRUE(varied.pigment);
+  const Source& source = varied.pigment->source;
+  const auto of_seed = [](std::uint64_t seed) { return RandomStream(seed, 77).next(); };
+  expect_near(source.at({.share = 0.5f, .strand = 77}),
+              hsv_adjusted({0.6f, 0.3f, 0.1f}, 0.2f * of_seed(0) - 0.1f, 0.75f, 0.5f + of_seed(2)));
+  EXPECT_TRUE(source.varies_along(false));
+  const Material plain = material_of(R"("color": {"hsvadjust": [0.6, 0.3, 0.1], "hue": 0.5})");
+  EXPECT_FALSE(plain.pigment);
+  expect_near(*plain.color, {0.1f, 0.4f, 0.6f});
+  EXPECT_TRUE(material_of(R"("tint": {"TRT": {"hsvadjust": [1, 0.5, 0.5], "hue": {"random": [0, 1]}}})").tint[2]);
+}
+
+/// A dye's absorption adds to that of melanin, wherever a material has melanin.
+TEST(Sources, OfADyeAddToMelanin) {
+  const StrandPlace middle{.share = 0.5f, .strand = 3};
+  const auto found = [&](const std::string& keys) { return absorption(material_of(keys), middle); };
+  const fiber::FiberParameters usual = material_of(R"("hair": "brown")").fiber;
+  const glm::vec3 pink = fiber::sigma_a_of_lock({1, 0.5f, 0.5f}, usual);
+  EXPECT_GT(pink.y, 10 * pink.x);
+  expect_near(found(R"("melanin": {"eumelanin": 1.1}, "dye": [1, 0.5, 0.5])"),
+              fiber::sigma_a_from_melanin(1.1f, 0) + pink);
+  expect_near(found(R"("hair": "brown", "dye": {"root": [1, 0, 0], "tip": [1, 1, 1]})"), usual.sigma_a + pink);
+  expect_near(found(R"("melanin": {"eumelanin": {"root": 1, "tip": 3}}, "dye": [1, 0.5, 0.5])"),
+              fiber::sigma_a_from_melanin(2, 0) + pink);
+  EXPECT_FALSE(material_of(R"("melanin": {"eumelanin": 1.1}, "dye": [1, 0.5, 0.5])").pigment);
+  EXPECT_LT(glm::length(found(R"("hair": "brown", "dye": [1, 1, 1])") - usual.sigma_a), 1e-3f) << "white dyes nothing";
+  const glm::vec3 node = fiber::sigma_a_of_principled_color({1, 0.5f, 0.5f}, 0.3f);
+  expect_near(found(R"("principled": {"melanin": 0.4, "tint": {"root": [1, 0, 0], "tip": [1, 1, 1]}})"),
+              fiber::sigma_a_of_principled_melanin(0.4f, 1) + node);
+  const std::string hair_color = R"("melanin": 0.4, "randomMelanin": 0, "strayDensity": 0, "dye": [1, 0.5, 0.5])";
+  const Material random = material_of(R"("marschner": {"hair_color": {)" + hair_color +
+                                      R"(, "randomDyeHue": 0.5, "randomDyeSaturation": 1}})");
+  EXPECT_TRUE(random.left_out.empty());
+  const float u_hue = RandomStream(3, 3).next(), u_saturation = RandomStream(4, 3).next();
+  expect_near(absorption(random, middle),
+              fiber::sigma_a_of_principled_melanin(0.4f, 0) +
+                  fiber::sigma_a_of_principled_color(
+                      hsv_adjusted({1, 0.5f, 0.5f}, 0.5f * u_hue - 0.25f, 2 * u_saturation, 1), 0.3f));
+}
+
 TEST(Sources, OfPresenceAreValuesOfTheirStrands) {
   Scene scene;
   scene.materials = {material_of(R"("presence": {"ramp": [[0.5, 1], [1, 0]]})")};
@@ -223,7 +355,8 @@ TEST(Sources, WrongOnesAreRefusedByKeyAndPlace) {
       {R"("color": {"ramp": [[0, "red"]]})",
        "/materials/0/color/ramp/0/1: expected an array of 3 numbers, found \"red\""},
       {R"("color": {})",
-       "/materials/0/color: expected one of ramp, root, random, mix, sum, attribute, texture, found none of them"},
+       "/materials/0/color: expected one of ramp, root, random, normal, mix, sum, attribute, texture, hsvadjust, found "
+       "none of them"},
       {R"("color": {"ramp": [[0, [0.5, 0.5, 0.5]]], "random": []})", "/materials/0/color: expected at most one of"},
       {R"("color": {"root": [0.1, 0.1, 0.1]})", "/materials/0/color/tip: expected this key, found none"},
       {R"("color": {"tip": [0.1, 0.1, 0.1], "ramp": []})",
@@ -241,6 +374,27 @@ TEST(Sources, WrongOnesAreRefusedByKeyAndPlace) {
       {R"("color": {"sum": [[0.1, 0.1, 0.1]]})", "/materials/0/color/sum: expected 2 to 16 values, [A, B, ...]"},
       {R"("color": {"sum": [[0.1, 0.1, 0.1], {"ramp": []}]})",
        "/materials/0/color/sum/1/ramp: expected one stop or more"},
+      {R"("roughness": {"normal": 0.2})", "/materials/0/roughness/deviation: expected this key, found none"},
+      {R"("roughness": {"normal": 3, "deviation": 1})", "/materials/0/roughness/normal: expected 0.01..1, found 3"},
+      {R"("roughness": {"normal": 0.2, "deviation": -1})",
+       "s.json: /materials/0/roughness/deviation: expected 0..10000, found -1"},
+      {R"("roughness": {"random": [0.2, 0.3], "deviation": 1})",
+       "/materials/0/roughness/deviation: expected this key beside \"normal\" only"},
+      {R"("hair": {"normal": "brown", "deviation": 1})", "/materials/0/hair/normal: expected it at a key of numbers"},
+      {R"("color": {"hsvadjust": [0.5, 0.2, 3]})", "/materials/0/color/hsvadjust/2: expected 0.001..0.999, found 3"},
+      {R"("color": {"hsvadjust": [0.5, 0.2, 0.1], "hue": 101})",
+       "s.json: /materials/0/color/hue: expected -100..100 turns, found 101"},
+      {R"("color": {"hsvadjust": [0.5, 0.2, 0.1], "saturation": {"random": [0.5, -1]}})",
+       "/materials/0/color/saturation/random/1: expected 0..100, found -1"},
+      {R"("color": {"mix": [[0.1, 0.1, 0.1], [0.2, 0.2, 0.2]], "share": 0, "hue": 1})",
+       "/materials/0/color/hue: expected this key beside \"hsvadjust\" only"},
+      {R"("roughness": {"hsvadjust": 0.2})",
+       "/materials/0/roughness/hsvadjust: expected it at a key whose value is a color"},
+      {R"("sigma_a": {"hsvadjust": [1, 2, 3]})",
+       "/materials/0/sigma_a/hsvadjust: expected it at a key whose value is a color"},
+      {R"("dye": [1, 0.5, 0.5], "color": [0.2, 0.2, 0.2])",
+       "/materials/0/dye: expected this key beside \"melanin\" or \"hair\" only"},
+      {R"("hair": "brown", "dye": [1, 2, 0.5])", "/materials/0/dye/1: expected 0..1, found 2"},
       {R"("color": {"attribute": ""})", "/materials/0/color/attribute: expected a text of 1..4096 characters"},
       {R"("color": {"mix": [{"attribute": "a"}, {"attribute": "b"}], "share": 0.5})",
        "/materials/0: expected one attribute of the file in a material, found a, b"},

@@ -42,8 +42,9 @@ Scene varied_scene(const StrandVariation& variation, std::uint32_t count = 20000
   return scene;
 }
 
+/// The fiber of a hit on a strand, of which each strand has one.
 const fiber::FiberParameters& fiber_of(const Scene& scene, std::size_t groom, std::uint32_t strand) {
-  return scene.fibers.at(scene.grooms.at(groom).fiber.at(strand));
+  return scene.fibers.at(scene.fiber_of(scene.grooms.at(groom), strand, RandomStream(strand, 3).next()));
 }
 
 /// The mean over strands of what `value` takes from a fiber, in standard errors away from `expected`.
@@ -211,7 +212,9 @@ TEST(StrandFibers, AreDistinctAndFew) {
   scene = varied_scene({.color = 0.5f});
   ASSERT_FALSE(assign_fibers(&scene));
   EXPECT_LE(scene.fibers.size(), 8u);  // 1.2^-4 to 1.2^3
-  std::set<std::uint32_t> used(scene.grooms[0].fiber.begin(), scene.grooms[0].fiber.end());
+  std::set<std::uint32_t> used;
+  for (std::uint32_t s = 0; s < 20000; ++s)
+    for (const float u : {0.0f, 0.999f}) used.insert(scene.fiber_of(scene.grooms[0], s, u));
   EXPECT_EQ(used.size(), scene.fibers.size());
 }
 
@@ -341,7 +344,8 @@ TEST(StrandFibers, HaveTheColorsOfTheirPointsInTheMeanAtEveryPlace) {
       for (int c = 0; c < 3; ++c) {
         double sum = 0, squares = 0;
         for (std::uint32_t s = 0; s < 4000; ++s) {
-          const double x = scene.fibers[groom.fiber_at(s, place, 0.5f)].sigma_a[c];
+          const std::size_t station = groom.station_at(s, place, 0.5f);
+          const double x = scene.fibers[scene.fiber_of(groom, station, RandomStream(s, 5).next())].sigma_a[c];
           sum += x;
           squares += x * x;
         }
@@ -349,10 +353,10 @@ TEST(StrandFibers, HaveTheColorsOfTheirPointsInTheMeanAtEveryPlace) {
         EXPECT_NEAR(mean, expected[c], largest_z * error + 1e-6) << place << " " << c;
       }
     }
-    // 4 bytes a station and 12 a color: 33 of those a strand, and one a point of these.
-    const char* expected = basis == StrandBasis::bezier         ? "at 132000 places along the strands (1.1 MB)"
-                           : basis == StrandBasis::open_bspline ? "at 132000 places along the strands (0.8 MB)"
-                                                                : "at 132000 places along the strands (0.7 MB)";
+    // 10 bytes a station and 12 a color: 33 of those a strand, and one a point of these.
+    const char* expected = basis == StrandBasis::bezier         ? "at 132000 places along the strands (1.9 MB)"
+                           : basis == StrandBasis::open_bspline ? "at 132000 places along the strands (1.6 MB)"
+                                                                : "at 132000 places along the strands (1.5 MB)";
     EXPECT_NE(scene.notes.at(0).find(expected), std::string::npos) << scene.notes[0];
   }
 }
@@ -360,13 +364,12 @@ TEST(StrandFibers, HaveTheColorsOfTheirPointsInTheMeanAtEveryPlace) {
 TEST(StrandFibers, BetweenTwoStationsEachCountsByHowNearItIs) {
   Groom groom = strands(2, 0);
   groom.stations_a_segment = 2;
-  groom.fiber = {0, 1, 2, 3, 4, 5};
-  EXPECT_EQ(groom.fiber_at(0, 0.0f, 0.0f), 0u);
-  EXPECT_EQ(groom.fiber_at(0, 0.125f, 0.2f), 1u);
-  EXPECT_EQ(groom.fiber_at(0, 0.125f, 0.3f), 0u);
-  EXPECT_EQ(groom.fiber_at(0, 1.0f, 0.0f), 2u);
-  EXPECT_EQ(groom.fiber_at(1, 0.75f, 0.6f), 4u);
-  EXPECT_EQ(groom.fiber_at(1, 1.25f, 0.0f), 5u);  // past the tip by rounding
+  EXPECT_EQ(groom.station_at(0, 0.0f, 0.0f), 0u);
+  EXPECT_EQ(groom.station_at(0, 0.125f, 0.2f), 1u);
+  EXPECT_EQ(groom.station_at(0, 0.125f, 0.3f), 0u);
+  EXPECT_EQ(groom.station_at(0, 1.0f, 0.0f), 2u);
+  EXPECT_EQ(groom.station_at(1, 0.75f, 0.6f), 4u);
+  EXPECT_EQ(groom.station_at(1, 1.25f, 0.0f), 5u);  // past the tip by rounding
 }
 
 /// Whatever else the groom has: a strand that is of one color along its length is the strand of that color.
@@ -380,7 +383,9 @@ TEST(StrandFibers, OneColorAtAllPointsIsThatOfTheStrand) {
   EXPECT_EQ(by_strand.grooms[0].stations_a_segment, 0u);
   for (std::uint32_t s = 0; s < 300; s += 2)
     for (const float place : {0.0f, 1.3f, 4.0f})
-      EXPECT_EQ(along.fibers[along.grooms[0].fiber_at(s, place, 0.4f)], fiber_of(by_strand, 0, s));
+      for (const float u : {0.0f, 0.3f, 0.6f, 0.9f})
+        EXPECT_EQ(along.fibers[along.fiber_of(along.grooms[0], along.grooms[0].station_at(s, place, 0.4f), u)],
+                  by_strand.fibers[by_strand.fiber_of(by_strand.grooms[0], s, u)]);
 }
 
 TEST(StrandFibers, VaryByTheIdOfTheStrandWhereTheFileHasOne) {

@@ -145,13 +145,16 @@ class Export:
         if varied is None:
             return None
         try:
-            colors = bake.colors(varied, strands)
-        except bake.Unknown as node:
-            self.warnings(nodes.not_taken(f"material {keys['name']}", varied.name, node))
-            return None
+            colors = bake.hair_colors(
+                varied, strands, nodes.azimuthal_roughness(keys["principled"]),
+                lambda name, label: self.warnings(nodes.not_taken(f"material {keys['name']}", name, label)))
         except bake.Missing as what:
             self.warnings(f"{name}: no {what}, its hair is grey")
             colors = np.full((len(strands.of), 3), 0.5, np.float32)
+        if colors is None:
+            return None
+        for key in ("melanin", "redness", "tint", "random_color", "sigma_a"):
+            keys["principled"].pop(key, None)
         keys["principled"]["color"] = "file"
         return colors
 

@@ -96,8 +96,19 @@ def along_strand(node, socket_name, as_value):
     return {"ramp": rising, "along": "share", "interpolation": "smooth" if way == "EASE" else "linear"}
 
 
+def azimuthal_roughness(principled):
+    """The roughness by which `principled` takes colors."""
+    return principled["roughness"] if "aspect_ratio" in principled else principled["radial_roughness"]
+
+
+def _is_computed(node, socket_name):
+    """Whether an input is linked to more than a value or a color."""
+    linked = _behind(node.inputs[socket_name]) if socket_name in node.inputs else None
+    return linked is not None and linked.bl_idname not in PLAIN_NODES
+
+
 def hair_material(material, name, warnings):
-    """Keys of a tress material, and the socket that its strands are to take their color from (bake.py), or None."""
+    """Keys of a tress material, and its node if its strands are to take their color from it (bake.py), or None."""
     who = f"material {material.name}" if material else "hair without a material"
     keys = {"name": name}
     if material is None or not material.use_nodes:
@@ -113,22 +124,31 @@ def hair_material(material, name, warnings):
     said = lambda names, usual: value(node, names if isinstance(names, tuple) else (names,), usual, warnings, who)
     principled, varied = {}, None
     way = node.parametrization
+    own = lambda name, usual: plain(node.inputs[name].default_value) if name in node.inputs else usual
     if way == "ABSORPTION":
-        principled["sigma_a"] = said("Absorption Coefficient", [0.245, 0.52, 1.365])
+        varied = node if _is_computed(node, "Absorption Coefficient") else None
+        principled["sigma_a"] = (own if varied else said)("Absorption Coefficient", [0.245, 0.52, 1.365])
     elif way == "MELANIN":
         # A color stands for a value by its luminance.
         gray = lambda color: float(np.dot(color, LUMINANCE))
-        principled["melanin"] = along_strand(node, "Melanin", gray) or said("Melanin", 0.8)
-        principled["redness"] = said("Melanin Redness", 1.0)
-        tint = said("Tint", [1.0, 1.0, 1.0])
+        along = along_strand(node, "Melanin", gray)
+        computed = [name for name in ("Melanin", "Melanin Redness", "Tint", "Random Color") if _is_computed(node, name)]
+        if _is_computed(node, "Random") and (computed or own("Random Color", 0.0) > 0):
+            computed.append("Random")
+        if computed and not (along and computed == ["Melanin"]):
+            varied = node
+        said_or_own = own if varied else said
+        principled["melanin"] = along or said_or_own("Melanin", 0.8)
+        principled["redness"] = said_or_own("Melanin Redness", 1.0)
+        principled["random_color"] = said_or_own("Random Color", 0.0)
+        tint = said_or_own("Tint", [1.0, 1.0, 1.0])
         if tint != [1.0, 1.0, 1.0]:
             principled["tint"] = tint
     else:
         along = along_strand(node, "Color", list)
-        linked = _behind(node.inputs["Color"])
-        if along is None and linked is not None and linked.bl_idname not in PLAIN_NODES:
-            varied = node.inputs["Color"]
-            principled["color"] = plain(varied.default_value)
+        if along is None and _is_computed(node, "Color"):
+            varied = node
+            principled["color"] = own("Color", None)
         else:
             principled["color"] = along or said("Color", [0.018, 0.006, 0.002])
     principled["roughness"] = said("Roughness", 0.3)
@@ -143,8 +163,6 @@ def hair_material(material, name, warnings):
     else:
         principled["radial_roughness"] = said("Radial Roughness", 0.3)
         principled["coat"] = said("Coat", 0.0)
-    if way == "MELANIN":
-        principled["random_color"] = said("Random Color", 0.0)
     principled["random_roughness"] = said("Random Roughness", 0.0)
     keys["principled"] = principled
     return keys, varied

@@ -67,6 +67,15 @@ struct Pigment {
   Source source;
   /// Converts a value of the source into the fiber's absorption, per major semi-axis.
   std::function<glm::vec3(const glm::vec3& value, const fiber::FiberParameters& fiber)> sigma_a;
+  /// The color of a dye over it, whose absorption adds to it; unset: none.
+  std::optional<Source> dye = {};
+  decltype(sigma_a) dye_sigma_a = {};  ///< the same for the dye's color; set if there is a dye
+
+  /// The absorption at a place.
+  glm::vec3 at(const StrandPlace& place, const fiber::FiberParameters& fiber) const {
+    const glm::vec3 own = sigma_a(source.at(place), fiber);
+    return dye ? own + dye_sigma_a(dye->at(place), fiber) : own;
+  }
 };
 
 /// The numbers of a fiber, besides its roughness, that sources may replace.
@@ -107,6 +116,7 @@ struct Material {
 template <class SomeMaterial, class Visit>
 void for_each_source(SomeMaterial& material, Visit&& visit) {
   if (material.pigment) visit(material.pigment->source);
+  if (material.pigment && material.pigment->dye) visit(*material.pigment->dye);
   if (material.roughness) visit(*material.roughness);
   for (auto* sources : {&material.gain, &material.tint})
     for (auto& source : *sources)
@@ -238,9 +248,13 @@ struct Groom {
   /// The copies of the groom that the scene has, which share its strands; points, radii and minor axes are theirs
   /// before they are placed. Empty: the groom itself, whose points are in the scene's coordinates.
   std::vector<Instance> instances = {};
+  std::uint32_t first_instance = 0;  ///< the number of its first instance in mattes, of those of its object
   std::uint32_t material = 0;
-  /// Index into Scene::fibers, per strand, or per station if strands vary along their length. Look it up by fiber_at().
+  /// Index into Scene::fibers, per strand, or per station if strands vary along their length (station_at()).
   std::vector<std::uint32_t> fiber;
+  /// By channel, the share in 65536ths of the hits there whose absorption is the next one above that of `fiber`
+  /// (Scene::fiber_of). Empty if the absorption does not vary.
+  std::vector<std::array<std::uint16_t, 3>> above = {};
   /// The number of equal parts into which stations divide each segment of a strand; root and tip are stations too. 0:
   /// strands do not vary along their length.
   std::uint32_t stations_a_segment = 0;
@@ -274,13 +288,13 @@ struct Groom {
   Similarity place(std::size_t i) const { return instances.empty() ? Similarity{} : instances[i].first; }
   /// The first station of a strand; for the strand after the last, the number of all stations.
   std::size_t first_station(std::uint32_t strand) const { return first_of(strand, stations_a_segment); }
-  /// Index into Scene::fibers for a place on a strand, in segments from its root. u in [0, 1] chooses between the two
+  /// Index into `fiber` for a place on a strand, in segments from its root. u in [0, 1] chooses between the two
   /// stations around the place; if it is uniform, the nearer one is more likely.
-  std::uint32_t fiber_at(std::uint32_t strand, float place, float u) const {
-    if (stations_a_segment == 0) return fiber[strand];
+  std::size_t station_at(std::uint32_t strand, float place, float u) const {
+    if (stations_a_segment == 0) return strand;
     const float along = place * static_cast<float>(stations_a_segment), whole = std::floor(along);
     const std::size_t station = first_station(strand) + static_cast<std::size_t>(whole) + (u < along - whole ? 1 : 0);
-    return fiber[std::min(station, first_station(strand + 1) - 1)];
+    return std::min(station, first_station(strand + 1) - 1);
   }
   /// The presence at a place, linear between stations, if `presence` is not empty. place: in segments from the root.
   float presence_at(std::uint32_t strand, float place) const {
@@ -339,9 +353,23 @@ struct Scene {
   std::vector<Material> materials;
   /// The distinct fibers of all strands: the materials' own, varied and quantised per strand (strand_fibers.h).
   std::vector<fiber::FiberParameters> fibers;
+  /// For each of the fibers: those with the next absorption above in the channels that are bits of the place in the
+  /// array, or itself where no hit has it. Empty if no absorption varies.
+  std::vector<std::array<std::uint32_t, 8>> fibers_above = {};
   std::vector<Groom> grooms;
   std::vector<std::string> notes;     ///< for stderr: chosen units, framing
   std::vector<std::string> warnings;  ///< degenerate strands and their number, and the like
+
+  /// Index into `fibers` for a hit at a station of a groom. u in [0, 1) rounds its absorption; the mean over uniform u
+  /// is the station's.
+  std::uint32_t fiber_of(const Groom& groom, std::size_t station, float u) const {
+    const std::uint32_t lower = groom.fiber[station];
+    if (groom.above.empty()) return lower;
+    std::size_t channels = 0;
+    for (std::size_t c = 0; c < 3; ++c)
+      channels |= std::size_t{65536 * u < static_cast<float>(groom.above[station][c]) ? 1u : 0u} << c;
+    return fibers_above[lower][channels];
+  }
 };
 
 /// A mark for each object of a scene: grooms, then meshes, in their order. Empty if none is marked.

@@ -1,9 +1,11 @@
 #include "scene/model/source.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/common.hpp>
 #include <span>
 
+#include "base/normal_quantile.h"
 #include "tress/base/random.h"
 
 namespace tress::scene {
@@ -23,6 +25,23 @@ glm::vec3 ramp_at(const Source& ramp, const StrandPlace& place) {
 
 }  // namespace
 
+glm::vec3 hsv_adjusted(const glm::vec3& given, float hue, float saturation, float value) {
+  const glm::vec3 color = glm::max(given, 0.0f);
+  const float most = std::max({color.x, color.y, color.z}), range = most - std::min({color.x, color.y, color.z});
+  if (!(range > 0)) return value * color;
+  float sixths = most == color.x   ? (color.y - color.z) / range
+                 : most == color.y ? 2 + (color.z - color.x) / range
+                                   : 4 + (color.x - color.y) / range;
+  sixths += 6 * hue;
+  const float adjusted = value * most, chroma = adjusted * std::clamp(saturation * range / most, 0.0f, 1.0f);
+  glm::vec3 found;
+  for (int c = 0; c < 3; ++c) {
+    const float turned = sixths + static_cast<float>(5 - 2 * c), k = turned - 6 * std::floor(turned / 6);
+    found[c] = adjusted - chroma * std::clamp(std::min(k, 4 - k), 0.0f, 1.0f);
+  }
+  return found;
+}
+
 glm::vec3 Source::at(const StrandPlace& place) const {
   switch (kind) {
     case Kind::constant:
@@ -38,6 +57,11 @@ glm::vec3 Source::at(const StrandPlace& place) const {
       if (chance) return parts[u < *chance ? 1 : 0].at(place);
       return glm::mix(parts[0].at(place), parts[1].at(place), u);
     }
+    case Kind::normal:
+      return parts[0].at(place) +
+             normal_quantile(RandomStream(seed, place.strand).next() + 0x1p-25f) * parts[1].at(place);
+    case Kind::hsv:
+      return hsv_adjusted(parts[0].at(place), parts[1].at(place).x, parts[2].at(place).x, parts[3].at(place).x);
     case Kind::mix:
       return glm::mix(parts[0].at(place), parts[1].at(place), std::clamp(parts[2].at(place).x, 0.0f, 1.0f));
     case Kind::sum:
@@ -61,7 +85,8 @@ void Source::add_attributes(std::vector<std::string>* names) const {
 Source simplified(Source source) {
   const auto is_constant = [](const Source& part) { return part.kind == Source::Kind::constant; };
   if (source.parts.empty() || !std::ranges::all_of(source.parts, is_constant)) return source;
-  if (source.kind == Source::Kind::sum) return {.value = source.at({})};
+  if (source.kind == Source::Kind::sum || source.kind == Source::Kind::hsv) return {.value = source.at({})};
+  if (source.kind == Source::Kind::normal) return source.parts[1].value == glm::vec3(0.0f) ? source.parts[0] : source;
   const auto values = std::span(source.parts).first(source.kind == Source::Kind::mix ? 2 : source.parts.size());
   const bool same = std::ranges::all_of(values, [&](const Source& part) { return part == values.front(); });
   return same ? values.front() : source;

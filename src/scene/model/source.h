@@ -31,7 +31,9 @@ struct Source {
     texture,    ///< texture over the roots, times `value`
     ramp,       ///< parts at rising places, interpolated in between
     random,     ///< per strand: uniform between two parts, or the second with a probability
+    normal,     ///< per strand: the first part, and the second times a number of the standard normal distribution
     mix,        ///< two parts, mixed: the third part, a number in [0, 1], is the share of the second
+    hsv,        ///< the first part, a color, adjusted by the other three, numbers (hsv_adjusted)
     sum
   };
   enum class Along : std::uint8_t { share, root_cm, tip_cm };
@@ -47,7 +49,7 @@ struct Source {
   Along along = Along::share;        ///< the unit of a ramp's places
   bool is_smooth = false;            ///< whether a ramp has no corners at its parts
   std::optional<float> chance = {};  ///< probability of `random`
-  std::uint64_t seed = 0;            ///< seed of `random`
+  std::uint64_t seed = 0;            ///< seed of `random` and `normal`
 
   /// The value at a place. Any thread.
   glm::vec3 at(const StrandPlace& place) const;
@@ -64,6 +66,11 @@ struct Source {
 
   friend bool operator==(const Source&, const Source&) = default;
 };
+
+/// Adjusts a linear RGB color, whose channels below 0 count as 0, as MaterialX's hsvadjust does: the hue turns by `hue`
+/// turns, red to green for 1/3, and the saturation, which is kept within [0, 1], and the value are multiplied by
+/// factors >= 0.
+glm::vec3 hsv_adjusted(const glm::vec3& given, float hue, float saturation, float value);
 
 /// Returns a constant if all parts are the same constant, else the source.
 Source simplified(Source source);

@@ -67,7 +67,7 @@ struct FiberKey {
   std::uint32_t material = 0;
   std::array<int, fiber_numbers> steps = filled<fiber_numbers>(as_given);  ///< of its numbers, on their grids
   int roughness_deg = as_given, width_steps = as_given;
-  std::array<int, 3> sigma_deg = filled<3>(as_given), color_power = filled<3>(as_given);
+  std::array<int, 3> sigma_deg = filled<3>(as_given), color_power = filled<3>(as_given);  ///< colors: rounded down
   /// By lobe and channel: powers of color_ratio on the material's gain.
   std::array<std::array<int, 3>, fiber::lobe_count> gain_power = filled<fiber::lobe_count>(filled<3>(as_given));
 
@@ -93,11 +93,15 @@ int round_gain(double x, double u) {
   return u < x / least ? least_power : clear;
 }
 
+/// By channel, the share in 65536ths of the hits whose absorption is the next one above that of the key.
+using Above = std::array<std::uint16_t, 3>;
+
 /// The random values of a strand: its key without the material's sources, and the numbers that round those.
 struct StrandDraws {
   FiberKey key;
+  Above above{};
   double width, width_u, sigma_u;  ///< factor on the roughness and the widths, and the numbers that round both
-  double factor, color_u;          ///< factor on the absorption, and the number that rounds it
+  double factor;                   ///< on the absorption
   double eccentricity;             ///< added to that of a source
   double gain_u;                   ///< the number that rounds all gains
   std::array<double, fiber_numbers> number_u;  ///< the numbers that round those of sources
@@ -108,6 +112,25 @@ int round_absorption(double x, double ratio, double u) {
   const double in_least = x / least_absorption;
   if (in_least >= 1) return static_cast<int>(round_to_power(in_least, ratio, u));
   return u < in_least ? 0 : clear;
+}
+
+/// Rounds an absorption down, and leaves the rest to hits. x > 0: to a power of the ratio.
+void set_power(double x, double ratio, int* power, std::uint16_t* above) {
+  const auto low = static_cast<int>(round_to_power(x, ratio, 1));
+  const double below = std::pow(ratio, low);
+  const auto share = std::lround(65536 * (x - below) / (below * ratio - below));
+  *power = low + (share < 65536 ? 0 : 1);
+  *above = static_cast<std::uint16_t>(share % 65536);
+}
+
+/// The same to a power times least_absorption, or to `clear`; x below 0, of a sum or a normal distribution, counts as
+/// 0.
+void set_absorption(double x, double ratio, int* power, std::uint16_t* above) {
+  const double in_least = std::max(x, 0.0) / least_absorption;
+  const auto share = std::lround(65536 * in_least);
+  if (share >= 65536) return set_power(std::max(in_least, 1.0), ratio, power, above);
+  *power = clear;
+  *above = static_cast<std::uint16_t>(share);
 }
 
 /// Sets a key's roughness; the material's widths follow it as they follow its own.
@@ -148,9 +171,8 @@ StrandDraws draws_of(const Scene& scene, const Groom& groom, std::uint32_t stran
     set_roughness(fiber, fiber.roughness * draws.width, draws, &key);
 
   draws.factor = varied(1, variation.color, random);
-  draws.color_u = random.next();
   if (variation.color > 0 && !material.pigment)
-    key.color_power.fill(static_cast<int>(round_to_power(draws.factor, ratio, draws.color_u)));
+    for (std::size_t c = 0; c < 3; ++c) set_power(draws.factor, ratio, &key.color_power[c], &draws.above[c]);
   for (std::size_t n = the_eccentricity + 1; n < fiber_numbers; ++n) draws.number_u[n] = random.next();
   draws.gain_u = random.next();
   return draws;
@@ -335,7 +357,8 @@ std::uint32_t stations_of(const Scene& scene, const Groom& groom) {
   const Pigment* pigment = pigment_of(scene, groom);
   const Material& material = scene.materials[groom.material];
   const auto along = [&](const Source& source) { return varies_along(groom, source); };
-  const bool varies = (pigment && varies_along(groom, pigment->source)) || any_fiber_source(material, along);
+  const bool varies = (pigment && (along(pigment->source) || (pigment->dye && along(*pigment->dye)))) ||
+                      any_fiber_source(material, along);
   return varies ? usual_stations_of(groom) : 0;
 }
 
@@ -387,8 +410,8 @@ std::optional<Error> fault_of_eccentricity(const Scene& scene, const Groom& groo
                "one eccentricity for the whole of a strand", "a source that varies along strands of " + groom.name};
 }
 
-/// Calls visit(groom, key) for the strands of all grooms, and for each station of those that vary along their length;
-/// once for a groom that does not vary. Stops when it returns false.
+/// Calls visit(groom, key, above) for the strands of all grooms, and for each station of those that vary along their
+/// length; once for a groom that does not vary. Stops when it returns false.
 template <class Visit>
 void for_each_key(const Scene& scene, double ratio, Visit&& visit) {
   for (std::size_t g = 0; g < scene.grooms.size(); ++g) {
@@ -400,7 +423,7 @@ void for_each_key(const Scene& scene, double ratio, Visit&& visit) {
     for (std::uint32_t s = 0; s < count; ++s) {
       StrandDraws draws = draws_of(scene, groom, s, ratio);
       if (pigment == nullptr && !has_fiber_sources(material)) {
-        if (!visit(g, draws.key)) return;
+        if (!visit(g, draws.key, draws.above)) return;
         continue;
       }
       bool goes_on = true;
@@ -412,38 +435,75 @@ void for_each_key(const Scene& scene, double ratio, Visit&& visit) {
           set_roughness(material.fiber, roughness, draws, &draws.key);
           fiber.roughness = static_cast<float>(roughness);
         }
-        const glm::vec3 sigma_a = pigment ? pigment->sigma_a(pigment->source.at(place), fiber) : glm::vec3(0.0f);
+        const glm::vec3 sigma_a = pigment ? pigment->at(place, fiber) : glm::vec3(0.0f);
         for (std::size_t c = 0; pigment && c < 3; ++c)
-          draws.key.color_power[c] =
-              round_absorption(sigma_a[static_cast<int>(c)] * draws.factor, ratio, draws.color_u);
-        goes_on = goes_on && visit(g, draws.key);
+          set_absorption(sigma_a[static_cast<int>(c)] * draws.factor, ratio, &draws.key.color_power[c],
+                         &draws.above[c]);
+        goes_on = goes_on && visit(g, draws.key, draws.above);
       });
       if (!goes_on) return;
     }
   }
 }
 
-/// The fibers of a scene by their keys, and the fiber of each strand or station of a groom, in their order.
+/// The key with the next absorption above in the channels that are bits of `channels`.
+FiberKey raised(FiberKey key, std::size_t channels) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    if ((channels >> c & 1) == 0) continue;
+    int& power = key.color_power[c];
+    power = power == clear ? 0 : power + 1;
+  }
+  return key;
+}
+
+/// The fibers of a scene by their keys, and those of each strand or station of a groom, in their order.
 struct Assignment {
   std::map<FiberKey, std::uint32_t> keys;
   std::vector<std::vector<std::uint32_t>> fibers;
+  std::vector<std::vector<Above>> above;
+  std::vector<std::array<std::uint32_t, 8>> fibers_above;  ///< as in the scene
 };
 
 /// If there are more than `most` fibers, only some are returned.
 Assignment assignment(const Scene& scene, double ratio, std::size_t most) {
-  Assignment all{.keys = {}, .fibers = std::vector<std::vector<std::uint32_t>>(scene.grooms.size())};
-  auto last = all.keys.end();
-  for_each_key(scene, ratio, [&](std::size_t groom, const FiberKey& key) {
-    if (last == all.keys.end() || key != last->first)
-      last = all.keys.try_emplace(key, static_cast<std::uint32_t>(all.keys.size())).first;
-    all.fibers[groom].push_back(last->second);
-    return all.keys.size() <= most;
+  Assignment all{.keys = {},
+                 .fibers = std::vector<std::vector<std::uint32_t>>(scene.grooms.size()),
+                 .above = std::vector<std::vector<Above>>(scene.grooms.size()),
+                 .fibers_above = {}};
+  /// A key that places have: its number in the order of places, and which of the keys above it their hits have, as
+  /// bits.
+  struct Lower {
+    std::uint32_t index;
+    std::uint8_t raised;
+  };
+  std::map<FiberKey, Lower> lower;
+  auto last = lower.end();
+  for_each_key(scene, ratio, [&](std::size_t groom, const FiberKey& key, const Above& above) {
+    if (last == lower.end() || key != last->first)
+      last = lower.try_emplace(key, Lower{static_cast<std::uint32_t>(lower.size()), 0}).first;
+    for (const std::uint16_t share : above) {  // u below the share raises all channels whose share is as large
+      std::size_t channels = 0;
+      for (std::size_t c = 0; c < 3; ++c) channels |= std::size_t{above[c] >= share ? 1u : 0u} << c;
+      if (share > 0) last->second.raised |= static_cast<std::uint8_t>(1u << channels);
+    }
+    all.fibers[groom].push_back(last->second.index);
+    all.above[groom].push_back(above);
+    return lower.size() <= most;
   });
-  std::vector<std::uint32_t> order(all.keys.size());
+  for (const auto& [key, of_key] : lower) {
+    all.keys.emplace(key, 0);
+    for (std::size_t channels = 1; channels < 8; ++channels)
+      if ((of_key.raised >> channels & 1) != 0) all.keys.emplace(raised(key, channels), 0);
+  }
   std::uint32_t next = 0;
-  for (auto& [key, index] : all.keys) {
-    order[index] = next;
-    index = next++;
+  for (auto& [key, index] : all.keys) index = next++;
+  std::vector<std::uint32_t> order(lower.size());
+  all.fibers_above.resize(all.keys.size());
+  for (const auto& [key, of_key] : lower) {
+    const std::uint32_t own = order[of_key.index] = all.keys.at(key);
+    all.fibers_above[own].fill(own);
+    for (std::size_t channels = 1; channels < 8; ++channels)
+      if ((of_key.raised >> channels & 1) != 0) all.fibers_above[own][channels] = all.keys.at(raised(key, channels));
   }
   for (auto& fibers : all.fibers)
     for (std::uint32_t& fiber : fibers) fiber = order[fiber];
@@ -528,7 +588,8 @@ std::optional<Error> assign_fibers(Scene* scene) {
     if (groom.stations_a_segment == 0) continue;
     const std::size_t stations = groom.first_station(groom.strand_count());
     along += stations;
-    bytes += stations * sizeof(std::uint32_t) + groom.color.size() * sizeof(glm::vec3);
+    const std::size_t above = pigment_of(*scene, groom) != nullptr ? sizeof(Above) : 0;
+    bytes += stations * (sizeof(std::uint32_t) + above) + groom.color.size() * sizeof(glm::vec3);
   }
 
   double ratio = color_ratio;
@@ -561,11 +622,18 @@ std::optional<Error> assign_fibers(Scene* scene) {
     scene->fibers.push_back(fiber_of(*scene, key, ratio));
     scene->fibers.back().energy_path_share = shares.at(key.material);
   }
+  bool any_between = false;
   for (std::size_t g = 0; g < scene->grooms.size(); ++g) {
     Groom& groom = scene->grooms[g];
     groom.fiber = std::move(assigned.fibers[g]);
     if (!varies(*scene, groom) && !groom.fiber.empty()) groom.fiber.resize(groom.strand_count(), groom.fiber.front());
+    groom.above.clear();
+    const bool is_between = std::ranges::any_of(assigned.above[g], [](const Above& above) { return above != Above{}; });
+    if (is_between) groom.above = std::move(assigned.above[g]);
+    any_between = any_between || is_between;
   }
+  scene->fibers_above.clear();
+  if (any_between) scene->fibers_above = std::move(assigned.fibers_above);
   if (any_varies)
     scene->notes.push_back(fmt::format(
         "strands vary: {} distinct fibers{}", scene->fibers.size(),

@@ -21,10 +21,11 @@ constexpr std::size_t most_fibers = 1024;
 /// neighbour at random, so that the mean is kept. The eccentricity is rounded to 0.01, the tilt to 0.5 degrees, and the
 /// roughness and the azimuthal sigmas to 1 degree; sigmas that follow the roughness follow the rounded one. The
 /// medulla's radius and asymmetry are rounded to 0.05, its coefficients to powers of color_ratio. All widths of a
-/// node's fiber (Material::has_node_widths) get one factor in whole steps of 0.05. The absorption is rounded to powers
-/// of color_ratio. The rounded values are the strand's fiber. Values that do not vary are the material's. Errors name
-/// /materials/N: a variation that leaves the range of its value, an eccentricity that varies along strands, or too many
-/// distinct fibers.
+/// node's fiber (Material::has_node_widths) get one factor in whole steps of 0.05. The rounded values are the strand's
+/// fiber. The absorption is rounded to powers of color_ratio too, because a model keeps its rows once for each, but at
+/// every hit anew (Scene::fiber_of): rounded once for a strand, it would be seen, as strands of other colors. Values
+/// that do not vary are the material's. Errors name /materials/N: a variation that leaves the range of its value, an
+/// eccentricity that varies along strands, or too many distinct fibers.
 std::optional<Error> assign_fibers(Scene* scene);
 
 /// Multiplies the radii of a groom's points, at all moments, by its material's thickness.
@@ -34,7 +35,8 @@ void apply_thickness(const Material& material, Groom* groom);
 /// Lengths are those of the polygon of its points, as ramps of sources have them. The strand has a segment.
 float length_share(const Groom& groom, std::uint32_t strand, float place);
 
-/// Absorptions that vary are powers of this, or 0. The standard deviation is at most 9 %, and the mean is unchanged.
+/// Absorptions that vary are powers of this, or 0. The standard deviation over hits is at most 9 %, and the mean is
+/// unchanged.
 constexpr double color_ratio = 1.2;
 
 // Rounding that keeps the mean: the expectation over u, uniform in [0, 1), of the rounded value is the value.

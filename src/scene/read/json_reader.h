@@ -60,6 +60,8 @@ class JsonReader {
   /// All of the keys must exist; otherwise false, and an error that names the first missing one.
   bool need(const std::vector<std::string>& keys) const;
 
+  /// The parameter of a key; null if there is none.
+  const Parameter* parameter_of(const std::string& key) const;
   void fail(const std::string& key, std::string expected, std::string found) const;
   bool failed() const { return error_->has_value(); }
   const std::string& file() const { return file_; }
@@ -68,7 +70,6 @@ class JsonReader {
   const nlohmann::json* find(const std::string& key) const;
   std::optional<double> number_at(const nlohmann::json& value, const std::string& key,
                                   const Parameter& parameter) const;
-  const Parameter* parameter_of(const std::string& key) const;
 
   const nlohmann::json& value_;
   std::string path_, file_;

@@ -68,36 +68,40 @@ void read_hair_color(const JsonReader& json, Material* material) {
   const float varied = number("randomMelanin", 0.05), stray_varied = number("strayRandomMelanin", 0);
   const Source stray_melanin = constant(number("strayMelanin", 0.05));
   const Source stray_color{.value = json.triple("strayColor").value_or(glm::vec3(0.05f))};
-  const glm::vec3 dye = fiber::sigma_a_of_principled_color(json.triple("dye").value_or(glm::vec3(1.0f)), 0.3f);
+  std::optional<Source> dye;
+  if (json.has("dye")) dye = read_source(json, "dye", read_triple());
+  const float dye_hue = number("randomDyeHue", 0), dye_saturation = number("randomDyeSaturation", 0);
+  if (dye && (dye_hue > 0 || dye_saturation > 0))
+    dye = {.kind = Source::Kind::hsv,
+           .parts = {std::move(*dye), random(constant(-dye_hue / 2), constant(dye_hue / 2), 3),
+                     random(constant(1 - dye_saturation), constant(1 + dye_saturation), 4), constant(1)}};
   const Source melanin =
       json.has("melanin") ? read_source(json, "melanin", read_number(glm::vec3(1.0f))) : constant(0.2f);
   const Source color =
       json.has("color") ? read_source(json, "color", read_triple()) : Source{.value = glm::vec3(0, 0.3f, 0.1f)};
   report_lost("hair_color/",
               {{"darkenSlope", number("darkenSlope", 1) != 1 && dark > 0},
-               {"randomDyeHue", number("randomDyeHue", 0) > 0},
-               {"randomDyeSaturation", number("randomDyeSaturation", 0) > 0},
                {"darkenRoots", is_artistic && dark > 0},
                {"randomColor", is_set(json, "randomColor") && is_artistic},
                {"strayRandomColor", is_set(json, "strayRandomColor") && is_artistic}},
               material);
 
   const auto take = [&](Source source, const decltype(Pigment::sigma_a)& sigma_a) {
-    if (const auto x = take_pigment(std::move(source), sigma_a, material))
-      material->fiber.sigma_a = sigma_a(*x, material->fiber);
+    const auto of_dye = [](const glm::vec3& color, const fiber::FiberParameters&) {
+      return fiber::sigma_a_of_principled_color(color, 0.3f);
+    };
+    if (const auto x = take_dyed({std::move(source), sigma_a, dye, of_dye}, material->fiber, material))
+      material->fiber.sigma_a = *x;
   };
-  if (is_artistic)
-    return take(random(color, stray_color, 1, stray), [dye](const glm::vec3& x, const fiber::FiberParameters& fiber) {
-      return fiber::sigma_a_of_lock(x, fiber) + dye;
-    });
+  if (is_artistic) return take(random(color, stray_color, 1, stray), fiber::sigma_a_of_lock);
   const auto spread = [](Source source, float half, std::uint64_t seed) {
     return sum(std::move(source), random(constant(-half), constant(half), seed));
   };
   Source all = random(spread(melanin, varied, 0), spread(stray_melanin, stray_varied, 2), 1, stray);
   if (dark > 0 && end > 0)
     all = sum(std::move(all), {.kind = Source::Kind::ramp, .parts = {constant(dark), constant(0)}, .places = {0, end}});
-  take(std::move(all), [dye](const glm::vec3& x, const fiber::FiberParameters&) {
-    return fiber::sigma_a_of_principled_melanin(std::clamp(x.x, 0.0f, 1.0f), 0) + dye;
+  take(std::move(all), [](const glm::vec3& x, const fiber::FiberParameters&) {
+    return fiber::sigma_a_of_principled_melanin(std::clamp(x.x, 0.0f, 1.0f), 0);
   });
 }
 

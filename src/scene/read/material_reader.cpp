@@ -37,10 +37,13 @@ void read_lobe_angles(const JsonReader& json, const std::string& key, const std:
 void read_color(const JsonReader& json, Material* material) {
   fiber::FiberParameters* fiber = &material->fiber;
   if (!json.at_most_one({"color", "hair", "melanin", "sigma_a"})) return;
+  std::optional<Source> dye;
+  if (json.has("dye")) dye = read_source(json, "dye", read_triple());
   const auto absorption = [](const glm::vec3& value, const fiber::FiberParameters&) { return value; };
   const auto take = [&](const char* key, const ReadValue& read) {
     if (!json.has(key)) return;
-    if (const auto x = take_pigment(read_source(json, key, read), absorption, material)) fiber->sigma_a = *x;
+    Pigment pigment{read_source(json, key, read), absorption, dye, fiber::sigma_a_of_lock};
+    if (const auto x = take_dyed(std::move(pigment), *fiber, material)) fiber->sigma_a = *x;
   };
   take("sigma_a", read_triple());
   take("hair", [](const JsonReader& at, const std::string& key) -> std::optional<glm::vec3> {
@@ -63,7 +66,8 @@ void read_color(const JsonReader& json, Material* material) {
   const auto sigma_a = [](const glm::vec3& value, const fiber::FiberParameters&) {
     return fiber::sigma_a_from_melanin(value.x, value.y);
   };
-  if (const auto x = take_pigment(simplified(std::move(both)), sigma_a, material)) fiber->sigma_a = sigma_a(*x, *fiber);
+  Pigment pigment{simplified(std::move(both)), sigma_a, dye, fiber::sigma_a_of_lock};
+  if (const auto x = take_dyed(std::move(pigment), *fiber, material)) fiber->sigma_a = *x;
 }
 
 /// Reads a number of the fiber or its source, if the key exists. unit: of the key, in the fiber's. Returns the number,
@@ -159,6 +163,8 @@ Material read_material(const JsonReader& json, std::size_t index) {
   if (json.has("thickness")) material.thickness = read_source(json, "thickness", read_number(glm::vec3(1.0f)));
   if (const auto x = read_number_of(json, "tilt_deg", number_of(&material, FiberNumber::tilt), degree)) fiber.tilt = *x;
   if (json.has("medulla")) read_medulla(json.child("medulla"), &material);
+  if (json.has("dye") && !json.has("melanin") && !json.has("hair"))
+    json.fail("dye", "this key beside \"melanin\" or \"hair\" only", "it without");
   if (!json.has("principled") && !json.has("chiang_hair_bsdf") && !json.has("marschner")) read_color(json, &material);
   if (json.has("variation")) material.variation = read_variation(json.child("variation"));
   read_lobe_angles(json, "azimuthal_sigma_deg", {"TT", "TRT", "TRRT"}, &fiber.azimuthal_sigma);

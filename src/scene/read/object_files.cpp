@@ -354,6 +354,7 @@ Result<std::vector<Groom>> make_grooms(const GroomDescription& description, cons
     if (auto error = move_groom(placed, &grooms.front())) return *error;
     if (auto error = add_instances(instances, moments.origin, &grooms.front())) return *error;
   }
+  auto numbered = static_cast<std::uint32_t>(grooms.front().instances.size());
   if (instances.empty()) instances.emplace_back(moments.frames.size(), glm::dmat4(1.0));
   for (std::size_t i = 1; i < grooms.size(); ++i) {
     Groom& set = grooms[i];
@@ -374,6 +375,8 @@ Result<std::vector<Groom>> make_grooms(const GroomDescription& description, cons
     if (rests(set)) set.later.clear();
     set.origin = glm::dvec3(0.0);
     if (auto error = add_instances(all, moments.origin, &set)) return *error;
+    set.first_instance = numbered;
+    numbered += static_cast<std::uint32_t>(all.size());
   }
   std::erase_if(grooms, [&](const Groom& set) { return set.first_point.empty(); });
   return grooms;

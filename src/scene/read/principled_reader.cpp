@@ -43,13 +43,17 @@ void read_absorption(const JsonReader& json, float radial_roughness, fiber::Prin
     if (json.has(key) && !json.has("melanin")) json.fail(key, "this key beside \"melanin\" only", "it without it");
   if (!json.has("melanin")) return;
   const auto redness = static_cast<float>(json.number("redness").value_or(1));
-  const auto tint = json.triple("tint");
-  const glm::vec3 dye = tint ? fiber::sigma_a_of_principled_color(*tint, radial_roughness) : glm::vec3(0.0f);
+  const auto of_color = [radial_roughness](const glm::vec3& value, const fiber::FiberParameters&) {
+    return fiber::sigma_a_of_principled_color(value, radial_roughness);
+  };
+  std::optional<Source> dye;
+  if (json.has("tint")) dye = read_source(json, "tint", read_triple());
   const glm::vec3 unit(1, 0, 0);
   const Source melanin = read_source(json, "melanin", read_number(unit), unit);
-  take(melanin, [redness, dye](const glm::vec3& value, const fiber::FiberParameters&) {
-    return fiber::sigma_a_of_principled_melanin(value.x, redness) + dye;
-  });
+  const auto of_melanin = [redness](const glm::vec3& value, const fiber::FiberParameters&) {
+    return fiber::sigma_a_of_principled_melanin(value.x, redness);
+  };
+  if (const auto x = take_dyed({melanin, of_melanin, std::move(dye), of_color}, {}, material)) hair->sigma_a = *x;
   if (const auto x = json.number("random_color"))
     material->variation.color = static_cast<float>(color_variation(double{middle_of(melanin)}, *x));
 }
@@ -57,7 +61,7 @@ void read_absorption(const JsonReader& json, float radial_roughness, fiber::Prin
 }  // namespace
 
 bool is_alone(const JsonReader& material_json, const char* node) {
-  for (const char* key : {"eta", "eccentricity", "roughness", "tilt_deg", "color", "hair", "melanin", "sigma_a",
+  for (const char* key : {"eta", "eccentricity", "roughness", "tilt_deg", "color", "hair", "melanin", "dye", "sigma_a",
                           "azimuthal_sigma_deg", "longitudinal_lambda_deg", "longitudinal_shape", "variation"})
     if (!material_json.at_most_one({node, key})) return false;
   return material_json.at_most_one({"principled", "chiang_hair_bsdf", "marschner"});

@@ -12,7 +12,8 @@ namespace tress::scene {
 namespace {
 
 constexpr std::size_t most_stops = 256, most_terms = 16;
-const std::vector<std::string> kinds{"ramp", "root", "random", "mix", "sum", "attribute", "texture"};
+const std::vector<std::string> kinds{"ramp", "root",      "random",  "normal",   "mix",
+                                     "sum",  "attribute", "texture", "hsvadjust"};
 
 /// Sources have few levels: a document of nothing but braces must not end the program.
 constexpr int most_levels = 16;
@@ -26,8 +27,8 @@ class SourceReader {
     if (level == most_levels) json.fail(key, fmt::format("sources of at most {} levels", most_levels), "more");
     const JsonReader source = json.child(key);
     if (json.failed() ||
-        !source.object({"ramp", "root", "tip", "along", "interpolation", "random", "seed", "mix", "sum", "share",
-                        "attribute", "texture", "space"}) ||
+        !source.object({"ramp", "root", "tip", "along", "interpolation", "random", "normal", "deviation", "seed", "mix",
+                        "sum", "share", "attribute", "texture", "space", "hsvadjust", "hue", "saturation", "value"}) ||
         !source.exactly_one(kinds) || !goes_together(source))
       return {};
     if (source.has("ramp")) return ramp(source, level);
@@ -40,6 +41,19 @@ class SourceReader {
               .file = source.text("texture").value_or(""),
               .is_encoded = source.choice("space") != "linear"};
     if (source.has("sum")) return sum(source, level);
+    const Parameter* parameter = json.parameter_of(key);
+    if (source.has("normal")) {
+      if (parameter != nullptr && parameter->kind == ValueKind::choice)
+        source.fail("normal", "it at a key of numbers (\"mix\" has a share that may be one)", "names");
+      return normal(source, level);
+    }
+    if (source.has("hsvadjust")) {
+      using enum ValueKind;
+      if (parameter == nullptr || parameter->range.most > 1 ||
+          !(parameter->kind == triple || parameter->kind == either || parameter->kind == triples_by_name))
+        source.fail("hsvadjust", "it at a key whose value is a color", "another");
+      return hsv(source, level);
+    }
     return of_two(source, level);
   }
 
@@ -53,7 +67,11 @@ class SourceReader {
     return beside("tip", source.has("root"), "\"root\"") && beside("along", source.has("ramp"), "\"ramp\"") &&
            beside("interpolation", source.has("ramp") || source.has("root"), "\"ramp\" or \"root\"") &&
            beside("space", source.has("texture"), "\"texture\"") &&
-           beside("seed", source.has("random"), "\"random\"") &&
+           beside("seed", source.has("random") || source.has("normal"), "\"random\" or \"normal\"") &&
+           beside("deviation", source.has("normal"), "\"normal\"") &&
+           beside("hue", source.has("hsvadjust"), "\"hsvadjust\"") &&
+           beside("saturation", source.has("hsvadjust"), "\"hsvadjust\"") &&
+           beside("value", source.has("hsvadjust"), "\"hsvadjust\"") &&
            beside("share", source.has("random") || source.has("mix"), "\"random\" or \"mix\"");
   }
 
@@ -99,6 +117,23 @@ class SourceReader {
     return source.failed() ? Source{} : sum;  // where it is used it is held to the value's range
   }
 
+  Source normal(const JsonReader& source, int level) const {
+    if (!source.need({"deviation"})) return {};
+    Source normal{.kind = Source::Kind::normal, .parts = {read(source, "normal", level + 1)}};
+    normal.parts.push_back({.value = static_cast<float>(source.number("deviation").value_or(0)) * unit_});
+    normal.seed = static_cast<std::uint64_t>(source.integer("seed").value_or(0));
+    return simplified(std::move(normal));
+  }
+
+  Source hsv(const JsonReader& source, int level) const {
+    const auto number = [&](const char* key, float usual) {
+      return source.has(key) ? numbers().read(source, key, level + 1) : Source{.value = glm::vec3(usual)};
+    };
+    return simplified({.kind = Source::Kind::hsv,
+                       .parts = {read(source, "hsvadjust", level + 1), number("hue", 0), number("saturation", 1),
+                                 number("value", 1)}});
+  }
+
   /// Reads a random source or a mix.
   Source of_two(const JsonReader& source, int level) const {
     const bool is_mix = source.has("mix");
@@ -110,11 +145,16 @@ class SourceReader {
     Source two{.kind = is_mix ? Source::Kind::mix : Source::Kind::random,
                .parts = {read(parts, "0", level + 1), read(parts, "1", level + 1)}};
     if (is_mix)
-      two.parts.push_back(SourceReader(read_number(glm::vec3(1.0f)), glm::vec3(1.0f)).read(source, "share", level + 1));
+      two.parts.push_back(numbers().read(source, "share", level + 1));
     else if (const auto chance = source.number("share"))
       two.chance = static_cast<float>(*chance);
     two.seed = static_cast<std::uint64_t>(source.integer("seed").value_or(0));
     return simplified(std::move(two));
+  }
+
+  static SourceReader numbers() {
+    static const ReadValue read = read_number(glm::vec3(1.0f));
+    return {read, glm::vec3(1.0f)};
   }
 
   const ReadValue& read_;
@@ -146,7 +186,8 @@ Source read_source(const JsonReader& json, const std::string& key, const ReadVal
 float middle_of(const Source& source) {
   if (source.kind == Source::Kind::constant) return source.value.x;
   if (source.parts.empty()) return source.value.x / 2;
-  const std::size_t count = source.kind == Source::Kind::mix ? 2 : source.parts.size();
+  const bool is_of_one = source.kind == Source::Kind::normal || source.kind == Source::Kind::hsv;
+  const std::size_t count = is_of_one ? 1 : source.kind == Source::Kind::mix ? 2 : source.parts.size();
   float sum = 0;
   for (std::size_t i = 0; i < count; ++i) sum += middle_of(source.parts[i]);
   return source.kind == Source::Kind::sum ? sum : sum / static_cast<float>(count);
@@ -172,6 +213,13 @@ Result<Source> parse_color(const std::string& json) {
 std::optional<glm::vec3> take_pigment(Source source, decltype(Pigment::sigma_a) sigma_a, Material* material) {
   if (source.kind == Source::Kind::constant) return source.value;
   material->pigment = {std::move(source), std::move(sigma_a)};
+  return std::nullopt;
+}
+
+std::optional<glm::vec3> take_dyed(Pigment pigment, const fiber::FiberParameters& fiber, Material* material) {
+  const auto is_constant = [](const Source& source) { return source.kind == Source::Kind::constant; };
+  if (is_constant(pigment.source) && (!pigment.dye || is_constant(*pigment.dye))) return pigment.at({}, fiber);
+  material->pigment = std::move(pigment);
   return std::nullopt;
 }
 
