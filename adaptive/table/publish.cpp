@@ -118,8 +118,8 @@ bool Service::Table::goes_on(double done) {
   return !stopped_;
 }
 
-bool Service::Table::takes(std::size_t size) {
-  if (monitor_refused_ || bytes_ + size > options_.memory_bytes) return false;
+bool Service::Table::takes(std::size_t size, std::size_t forms) {
+  if (monitor_refused_ || least_bytes() + size + forms > options_.memory_bytes) return false;
   if (options_.memory_monitor) {
     calls_without_throwing(
         "memory_monitor", [this](Error error) { discipline_.note(std::move(error)); },
@@ -128,6 +128,7 @@ bool Service::Table::takes(std::size_t size) {
     monitored_bytes_ += size;
   }
   bytes_ += size;
+  reserved_bytes_ += forms;
   return true;
 }
 
@@ -174,6 +175,7 @@ void Service::Table::prepare() {
   stopped_ = false;
   grow_samples(between_passes_, 0);
   prepared_ = std::exchange(changes_, {});
+  grant_forms();
   between_passes_.learning_cpu_seconds += static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 }
 
@@ -218,8 +220,9 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   report.traces += traces_.exchange(0, std::memory_order_relaxed);
   report.converged_queries += converged_queries_.take();
   report.answered_queries += answered_queries_.take();
-  report.forms_made_anew += forms_made_anew_.take();
-  report.queries += report.answered_queries;
+  const std::uint64_t unformed = without_form_.take();
+  report.queries_without_room += unformed + without_room_.take();
+  report.queries += report.answered_queries + unformed;
 
   for (const std::unique_ptr<Slice>& slice : rows_.slices()) {
     const std::size_t room = options_.memory_bytes > bytes_ ? options_.memory_bytes - bytes_ : 0;
@@ -260,6 +263,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
 
   stopped_ = false;
   report_memory();  // what readers have made
+  reserve_forms();
   if (learns_ && goes_on(0)) update_rows(report);
 
   std::ranges::sort(candidates, [&](const Candidate& x, const Candidate& y) {
@@ -270,7 +274,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   });
   report.at_ceiling = !admit(candidates, report) || unindexed > 0;
   if (learns_) grow_samples(report, candidates.empty() ? 0 : share_of_densities);
-  make_room();
+  grant_forms();
 
   for (const std::unique_ptr<Slice>& slice : rows_.slices()) {
     if (!slice->has_index()) continue;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "observations/heard_exits.h"
+#include "table/form_store.h"
 #include "table/levels.h"
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/mixture.h"
@@ -170,6 +171,7 @@ struct Slice {
   std::unique_ptr<std::atomic<std::uint64_t>[]> light;
   /// Events credited to each node over all passes.
   std::unique_ptr<std::atomic<std::uint32_t>[]> events;
+  FormMarks::Marks marks;                     ///< of interpolated answers; null while all have room
   std::vector<std::uint32_t> interpolated;    ///< nodes whose slots hold an interpolated answer, in order of insertion
   std::vector<std::uint32_t> queries_before;  ///< queries at the last publish()
   std::vector<std::uint32_t> forms;           ///< indices of its forms in the table

@@ -709,7 +709,7 @@ TEST(CInterface, AFailureInsideOnErrorIsNotReportedToItAgain) {
   }
 }
 
-TEST(CInterface, AnswersThatAreMadeAgainAtEachQueryAreReportedAsTheCeiling) {
+TEST(CInterface, AnswersWithoutRoomAreReportedAsTheCeiling) {
   for (const bool is_small : {false, true}) {
     tress_options options;
     tress_options_init(&options);
