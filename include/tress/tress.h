@@ -290,7 +290,7 @@ typedef struct tress_fiber {
   float medulla_radius, medulla_scattering, medulla_asymmetry, medulla_absorption; /* TRESS_ROUGH; radius 0: none */
   float azimuthal_sigma[3];     /* TRESS_ELLIPTICAL: blur of TT, TRT, TRRT, [0.5, 45] degrees; 0: by the roughness */
   float longitudinal_lambda[4]; /* of R, TT, TRT, TRRT, [0.25, 45] degrees; 0: by the roughness */
-  float gain[6][3];             /* artistic factor, >= 0, of R, TT, TRT, TRRT, the residual, the glint */
+  float gain[6][3];             /* artistic factor, 0 to 1e15, of R, TT, TRT, TRRT, the residual, the glint */
   int split_glint;              /* whether the glint is a lobe of its own */
 } tress_fiber;
 
