@@ -79,8 +79,8 @@ FormedLookup Service::Table::fetch(const FormedRows& rows, std::uint32_t node) {
   }
   if (!rows_.slice(id).has_index() || !has_room_for_form(rows, node)) return found;
   found.answer = forms_.wake(rows, node);
-  Slice& slice = rows_.slice(id);
-  Slot& slot = slice.slots[node];
+  const Slice& slice = rows_.slice(id);
+  const Slot& slot = slice.slots[node];
   RowState state = found.answer.has_converged() ? RowState::converged
                    : slot.row != Slot::no_row   ? RowState::open
                                                 : RowState::absent;
@@ -90,11 +90,10 @@ FormedLookup Service::Table::fetch(const FormedRows& rows, std::uint32_t node) {
     found.answer = forms_.make(rows, row);
     state = row.state;
   }
-  // Counts only whether the node was queried, which shows that the row is in use and may be audited. How often a form
-  // is missing depends on threads, but what follows from the number of queries must not.
-  std::uint32_t before = slice.is_sampled() ? 0 : slice.queries_before[node];
-  const bool is_first = slot.queries.compare_exchange_strong(before, before + 1, std::memory_order_relaxed);
-  if (!is_first) count_formed(1, state == RowState::converged ? 1 : 0);
+  // Shows that the row is in use and may be audited. How often a form is missing depends on threads, so that it is not
+  // counted as a query of the node.
+  slice.formed[node].store(1, std::memory_order_relaxed);
+  count_formed(1, state == RowState::converged ? 1 : 0);
   found.row = bare_view(state, id, node);
   found.row.row = slot.row;
   return found;

@@ -95,7 +95,7 @@ void Service::Table::update_rows(PassReport& report) {
 void Service::Table::start_anew(Row& row, std::unique_ptr<const TracedNodes> nodes, PassReport& report) {
   const std::size_t wanted =
       Learning::bytes_before_nodes(rows_.slice(row.slice).description.blur_rad, learner_bytes_) + nodes->bytes();
-  if (bytes_ + wanted > options_.memory_bytes) {
+  if (bytes_ + forms_.entry_bytes() + wanted > options_.memory_bytes) {
     row.audit = Audit::due;  // it is audited again when memory has room
     return;
   }
@@ -225,7 +225,8 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   report.queries += report.answered_queries + unformed;
 
   for (const std::unique_ptr<Slice>& slice : rows_.slices()) {
-    const std::size_t room = options_.memory_bytes > bytes_ ? options_.memory_bytes - bytes_ : 0;
+    const std::size_t taken = bytes_ + forms_.entry_bytes();
+    const std::size_t room = options_.memory_bytes - std::min(taken, options_.memory_bytes);
     report.newly_heard -= slice->heard.paths();
     bytes_ += slice->heard.take_in(slice->description.node_count(), room);
     report.newly_heard += slice->heard.paths();
@@ -240,9 +241,14 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
     if (!slice.has_index()) continue;
     for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
       Slot& slot = slice.slots[n];
+      // A node that only forms have asked for counts as queried too; of samples once, since paths follow from queries.
+      const std::uint32_t unasked = slice.is_sampled() ? 0 : slice.queries_before[n];
+      const bool is_formed = slice.formed[n].exchange(0, std::memory_order_relaxed) != 0 &&
+                             slot.queries.load(std::memory_order_relaxed) == unasked;
+      if (is_formed) slot.queries.store(unasked + 1, std::memory_order_relaxed);
       const std::uint32_t in_all = slot.queries.load(std::memory_order_relaxed);
       report.rows_queried += in_all != 0 ? 1 : 0;
-      const std::uint32_t queries = in_all - slice.queries_before[n];
+      const std::uint32_t queries = in_all - slice.queries_before[n] - (is_formed ? 1 : 0);
       report.queries += queries;
       if (slot.row != Slot::no_row || slot.interpolated() != nullptr) {
         const bool converged = slot.row != Slot::no_row && rows_.state_of(rows_[slot.row]) == RowState::converged;
