@@ -26,7 +26,7 @@ def smallest(cache, folder):
         "environment": GOOGLE, "knots": GOOGLE, "lobes": GOOGLE, "queries": GOOGLE, "rays": GOOGLE, "ribbon": GOOGLE, "rough_paths": GOOGLE,
         "table": GOOGLE + ["--benchmark_filter=density/5|traced_nodes/5|fit/64/100|look_up/20"],
         "vertex": GOOGLE + ["--benchmark_filter=converged|start_up(_shapes)?/1/"],
-        "model_vertices": GOOGLE + ["--benchmark_filter=learned|chiang"],
+        "model_vertices": GOOGLE + ["--benchmark_filter=learned|chiang|session.*/30/"],
         "azimuthal_rivals": GOOGLE + ["--benchmark_filter=hard/(sketch 0.01|knots 32|deon2011 10|chiang2016|ou2012)/"],
         "ais": ["--rows", "2", "--only", "both"],
         "azimuth": ["deon2011", "TT", "30", "10", "10", "1", "90"],

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "observations/heard_exits.h"
+#include "table/form_store.h"
 #include "table/levels.h"
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/mixture.h"
@@ -127,6 +128,7 @@ struct Slice {
     slots = std::make_unique<Slot[]>(d.node_count());
     light = std::make_unique<std::atomic<std::uint64_t>[]>(d.node_count());
     events = std::make_unique<std::atomic<std::uint32_t>[]>(d.node_count());
+    formed = std::make_unique<std::atomic<std::uint8_t>[]>(d.node_count());
     queries_before.resize(d.node_count(), 0);
   }
   ~Slice() {
@@ -170,6 +172,9 @@ struct Slice {
   std::unique_ptr<std::atomic<std::uint64_t>[]> light;
   /// Events credited to each node over all passes.
   std::unique_ptr<std::atomic<std::uint32_t>[]> events;
+  /// By node: 1 if a form made or woke its answer since the last publish().
+  std::unique_ptr<std::atomic<std::uint8_t>[]> formed;
+  FormMarks::Marks marks;                     ///< of interpolated answers; null while all have room
   std::vector<std::uint32_t> interpolated;    ///< nodes whose slots hold an interpolated answer, in order of insertion
   std::vector<std::uint32_t> queries_before;  ///< queries at the last publish()
   std::vector<std::uint32_t> forms;           ///< indices of its forms in the table

@@ -2,7 +2,8 @@
 //   vertex/NAME: begin, sample with S and Q there, S and Q for one light; sample/NAME: without the light;
 //   light/NAME: the light alone, which models that can only be sampled have not;
 //   spectrum/NAME/N: the light alone, in N channels of absorptions that no fiber has, of models that have spectra;
-//   color/NAME: adding a fiber of another color, which a texture took before.
+//   color/NAME: adding a fiber of another color, which a texture took before;
+//   session/NAME/KB: a table from nothing within so much memory, 8 passes of 2,000 vertices, publishing included.
 // Known directions all over the sphere, brown hair. Models with rows have learned them before, and are measured once
 // more tracing every vertex (`exact`); models that integrate with 10, 35 and 100 points.
 #include <benchmark/benchmark.h>
@@ -95,6 +96,36 @@ void measure_spectrum(benchmark::State& state, const Measured& measured) {
   }
 }
 
+/// range(0): the memory limit in KB.
+void measure_session(benchmark::State& state, const fiber::ModelInfo& info) {
+  double answered = 0, without_room = 0;
+  for (auto _ : state) {
+    state.PauseTiming();
+    adaptive::Options options;
+    options.memory_bytes = static_cast<std::size_t>(state.range(0)) * 1000;
+    test::LearnedModel learned(brown_fiber(), fiber::Estimator::fitted, options, info);
+    state.ResumeTiming();
+    learned.service().prepare();
+    for (std::uint64_t pass = 0; pass < 8; ++pass) {
+      for (std::uint64_t i = 0; i < 2000; ++i) {
+        RandomStream random(4, pass, i);
+        const FiberDirection wr{std::asin(1.9f * (random.next() - 0.5f)), 6.28f * (random.next() - 0.5f)};
+        const FiberEvent event = learned.begin(wr, random.next(), random.next());
+        const auto sample = learned.model().sample(event, {random.next(), random.next(), random.next(), random.next()});
+        benchmark::DoNotOptimize(sample);
+        if (!learned.model().evaluates(event)) continue;
+        benchmark::DoNotOptimize(
+            learned.model().evaluate(event, {2.5f * (random.next() - 0.5f), 6.28f * (random.next() - 0.5f)}));
+      }
+      const adaptive::PassReport report = learned.service().publish(2000);
+      answered = static_cast<double>(report.answered_queries) / static_cast<double>(report.queries);
+      without_room = static_cast<double>(report.queries_without_room) / static_cast<double>(report.queries);
+    }
+  }
+  state.counters["answered"] = answered;
+  state.counters["without_room"] = without_room;
+}
+
 void measure_color(benchmark::State& state, FiberModel& model) {
   fiber::FiberParameters parameters = brown_fiber();
   const std::size_t before = model.bytes();
@@ -175,6 +206,14 @@ int main(int argc, char** argv) {
     const std::string name = info.name;
     if (info.has_rows()) {
       add(name + "/learned", true, info.learns_samples(), [&info] { return taught(info); });
+      if (name == "rough" || name == "elliptical") {
+        benchmark::RegisterBenchmark(("session/" + name).c_str(),
+                                     [&info](benchmark::State& state) { measure_session(state, info); })
+            ->ArgsProduct({{0, 30, 100, 300, 1000, 3000, 10000, 100000}})
+            ->Iterations(1)
+            ->MeasureProcessCPUTime()
+            ->Unit(benchmark::kMillisecond);
+      }
       const bool traces = info.learns_samples();  // a path at every vertex, which no light can be credited for
       add(name + "/exact", !traces, false, [&info] { return made(info, {.estimator = fiber::Estimator::exact}); });
     } else if (info.has_quadrature) {

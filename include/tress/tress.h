@@ -244,8 +244,8 @@ typedef struct tress_report {
   uint64_t answered_queries;  /* those answered without the target */
   uint64_t rows_open, rows_converged, rows_refused;
   uint64_t bytes;              /* of rows, and of what is made of them */
-  int at_ceiling;              /* whether the memory limit holds rows back, or answers had to be made again at each
-                                  query, which is slower than no rows: give more memory_bytes */
+  int at_ceiling;              /* whether the memory limit holds rows or their answers back, so that nodes which a row
+                                  could answer are answered by their target */
   double objective_p90;        /* error of the rows, nine in ten are below it */
   double bias_bound;           /* bound of the relative error of the picture's mean; 0 if no light was credited */
   double learning_cpu_seconds; /* of all threads of the process, during this publish */
@@ -290,7 +290,7 @@ typedef struct tress_fiber {
   float medulla_radius, medulla_scattering, medulla_asymmetry, medulla_absorption; /* TRESS_ROUGH; radius 0: none */
   float azimuthal_sigma[3];     /* TRESS_ELLIPTICAL: blur of TT, TRT, TRRT, [0.5, 45] degrees; 0: by the roughness */
   float longitudinal_lambda[4]; /* of R, TT, TRT, TRRT, [0.25, 45] degrees; 0: by the roughness */
-  float gain[6][3];             /* artistic factor, >= 0, of R, TT, TRT, TRRT, the residual, the glint */
+  float gain[6][3];             /* artistic factor, 0 to 1e15, of R, TT, TRT, TRRT, the residual, the glint */
   int split_glint;              /* whether the glint is a lobe of its own */
 } tress_fiber;
 

@@ -60,7 +60,8 @@ std::optional<Misfit> misfit_of(const FiberParameters& of) {
     check.angles("published_widths", of.published_widths->azimuthal_sigma, azimuthal_sigma_range_deg);
     check.angles("published_widths", of.published_widths->longitudinal_lambda, longitudinal_lambda_range_deg);
   }
-  for (const glm::vec3& lobe : of.gain) check.color("gain", lobe, not_negative);
+  // Its product with a density, an importance and the inverse of another gain must be a number.
+  for (const glm::vec3& lobe : of.gain) check.color("gain", lobe, {0, largest_gain});
   check.number("energy_path_share", of.energy_path_share, energy_path_share_range);
   return check.misfit;
 }

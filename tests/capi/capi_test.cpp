@@ -686,7 +686,7 @@ TEST(CInterface, MessagesHaveTheRangeAndWhatWasFound) {
   tress_fiber_init(&fiber);
   fiber.gain[0][1] = std::numeric_limits<float>::infinity();
   EXPECT_EQ(tress_fibers_add(fibers, &fiber, &id), TRESS_INVALID_ARGUMENT);
-  EXPECT_STREQ(tress_last_error(), "tress_fiber::gain: expected a number from 0 to 3.40282e+38, found inf");
+  EXPECT_STREQ(tress_last_error(), "tress_fiber::gain: expected a number from 0 to 1e+15, found inf");
   tress_fibers_release(fibers);
   Host host;
   host.options.threads = 100000;
@@ -709,7 +709,53 @@ TEST(CInterface, AFailureInsideOnErrorIsNotReportedToItAgain) {
   }
 }
 
-TEST(CInterface, AnswersThatAreMadeAgainAtEachQueryAreReportedAsTheCeiling) {
+TEST(CInterface, TheLargestGainGivesNumbersAndALargerOneIsRefused) {
+  for (const std::uint32_t model : {TRESS_ROUGH, TRESS_ELLIPTICAL}) {
+    tress_service* service = nullptr;
+    tress_fibers* fibers = nullptr;
+    ASSERT_EQ(tress_service_create_for_fibers(nullptr, &service), TRESS_OK);
+    ASSERT_EQ(tress_fibers_create(service, model, TRESS_FITTED, &fibers), TRESS_OK);
+    tress_fiber fiber;
+    tress_fiber_init(&fiber);
+    fiber.eccentricity = 1;
+    fiber.roughness = 0.01f;
+    std::uint32_t id = 0;
+    std::fill_n(&fiber.gain[0][0], 18, std::numeric_limits<float>::max());
+    EXPECT_EQ(tress_fibers_add(fibers, &fiber, &id), TRESS_INVALID_ARGUMENT);
+    EXPECT_NE(std::string(tress_last_error()).find("gain: expected a number from 0 to 1e+15"), std::string::npos)
+        << tress_last_error();
+    std::fill_n(&fiber.gain[0][0], 18, 1e15f);
+    fiber.gain[1][1] = 0;
+    ASSERT_EQ(tress_fibers_add(fibers, &fiber, &id), TRESS_OK);
+    ASSERT_EQ(tress_service_prepare(service), TRESS_OK);
+    RandomStream random(3);
+    for (int pass = 0; pass < 3; ++pass) {
+      for (int i = 0; i < 500; ++i) {
+        const tress_direction wr{3.1f * (random.next() - 0.5f), 6.2f * random.next()},
+            wi{3.1f * (random.next() - 0.5f), 6.2f * random.next()};
+        const float u[4] = {random.next(), random.next(), random.next(), random.next()};
+        tress_event event;
+        tress_fiber_sample sample;
+        tress_fiber_value value;
+        ASSERT_EQ(tress_fibers_begin(fibers, id, wr, random.next(), random.next(), 0.3f, 1e15f, &event), TRESS_OK);
+        ASSERT_EQ(tress_fibers_sample(fibers, &event, u, &sample), TRESS_OK);
+        ASSERT_EQ(tress_fibers_evaluate(fibers, &event, wi, &value), TRESS_OK);
+        for (int c = 0; c < 3; ++c) {
+          ASSERT_TRUE(std::isfinite(sample.weight[c]) && std::isfinite(sample.at.value[c]));
+          ASSERT_TRUE(std::isfinite(value.value[c]));
+        }
+        ASSERT_TRUE(std::isfinite(sample.at.pdf) && std::isfinite(value.pdf));
+      }
+      tress_report report;
+      ASSERT_EQ(tress_service_publish(service, 500, &report), TRESS_OK);
+      EXPECT_TRUE(std::isfinite(report.bias_bound));
+    }
+    tress_fibers_release(fibers);
+    tress_service_release(service);
+  }
+}
+
+TEST(CInterface, AnswersWithoutRoomAreReportedAsTheCeiling) {
   for (const bool is_small : {false, true}) {
     tress_options options;
     tress_options_init(&options);

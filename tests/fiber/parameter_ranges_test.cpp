@@ -58,6 +58,11 @@ TEST(ParameterRanges, NameWhatIsOutOfThem) {
       EXPECT_STREQ(fiber::out_of_range(fiber), name) << x;
     }
   }
+  FiberParameters bright;
+  bright.gain[2].x = 1e15f;
+  EXPECT_EQ(fiber::out_of_range(bright), nullptr);
+  bright.gain[2].x = 1.01e15f;
+  EXPECT_EQ(fiber::range_error(bright)->message(), "gain: expected a number from 0 to 1e+15, found 1.01e+15");
   FiberParameters fiber;
   fiber.eccentricity = 1.000001f;  // the axes would swap
   EXPECT_STREQ(fiber::out_of_range(fiber), "eccentricity");

@@ -18,7 +18,7 @@ inline constexpr ParameterRange roughness_range{0.01, 1};
 inline constexpr ParameterRange azimuthal_sigma_range_deg{0.5, 45};
 inline constexpr ParameterRange longitudinal_lambda_range_deg{0.25, 45};
 inline constexpr ParameterRange energy_path_share_range{0.01, 1};
-/// The sensible range for hair; every finite number >= 0 is valid.
+/// The sensible ranges for hair; every finite number >= 0 is valid, of gains up to largest_gain.
 inline constexpr ParameterRange tilt_range_deg{0, 15};
 inline constexpr ParameterRange sigma_a_range{0, 1e4};
 inline constexpr ParameterRange medulla_radius_range{0, 0.95};
@@ -26,6 +26,7 @@ inline constexpr ParameterRange medulla_scattering_range{0, 100};
 inline constexpr ParameterRange medulla_asymmetry_range{-0.95, 0.95};
 inline constexpr ParameterRange medulla_absorption_range{0, 100};
 inline constexpr ParameterRange gain_range{0, 100};
+inline constexpr double largest_gain = 1e15;
 
 /// Null if the parameters are valid for every model, else the name of a member of FiberParameters that is out of its
 /// range or not finite. Ends of ranges have a relative tolerance of 1e-5, for degrees that were converted to radians.
