@@ -50,7 +50,9 @@ TEST(LiveLook, ShowsTheColorOfTheFirstMaterial) {
   auto source =
       scene::parse_color(R"({"ramp": [[0.25, [0.1, 0.2, 0.3]], [1, [0.8, 0.8, 0.8]]], "interpolation": "smooth"})");
   ASSERT_TRUE(source);
-  scene.materials[0].pigment = {*source, fiber::sigma_a_of_lock};
+  scene::Pigment& pigment = scene.materials[0].pigment.emplace();
+  pigment.source = *source;
+  pigment.sigma_a = fiber::sigma_a_of_lock;
   EXPECT_EQ(cli::color_of(scene).dump(),
             R"({"ramp":[[0.25,[0.1,0.2,0.3]],[1.0,[0.8,0.8,0.8]]],"interpolation":"smooth"})");
 }
