@@ -74,13 +74,16 @@ FormedLookup Service::Table::fetch(const FormedRows& rows, std::uint32_t node) {
   found.answer = forms_.find(rows, node);
   if (found.answer) {
     found.row = bare_view(RowState::converged, id, node);
-    count_formed(found.answer.has_row() ? 1 : 0, found.answer.has_converged() ? 1 : 0);
+    if (options_.check_passes && found.answer.has_row())
+      rows_.slice(id).slots[node].queries.fetch_add(1, std::memory_order_relaxed);
+    else
+      count_formed(found.answer.has_row() ? 1 : 0, found.answer.has_converged() ? 1 : 0);
     return found;
   }
   if (!rows_.slice(id).has_index() || !has_room_for_form(rows, node)) return found;
   found.answer = forms_.wake(rows, node);
   const Slice& slice = rows_.slice(id);
-  const Slot& slot = slice.slots[node];
+  Slot& slot = slice.slots[node];
   RowState state = found.answer.has_converged() ? RowState::converged
                    : slot.row != Slot::no_row   ? RowState::open
                                                 : RowState::absent;
@@ -90,10 +93,14 @@ FormedLookup Service::Table::fetch(const FormedRows& rows, std::uint32_t node) {
     found.answer = forms_.make(rows, row);
     state = row.state;
   }
-  // Shows that the row is in use and may be audited. How often a form is missing depends on threads, so that it is not
-  // counted as a query of the node.
-  slice.formed[node].store(1, std::memory_order_relaxed);
-  count_formed(1, state == RowState::converged ? 1 : 0);
+  if (options_.check_passes) {
+    slot.queries.fetch_add(1, std::memory_order_relaxed);
+  } else {
+    // Shows that the row is in use and may be audited. How often a form is missing depends on threads, so that it is
+    // not counted as a query of the node.
+    slice.formed[node].store(1, std::memory_order_relaxed);
+    count_formed(1, state == RowState::converged ? 1 : 0);
+  }
   found.row = bare_view(state, id, node);
   found.row.row = slot.row;
   return found;

@@ -124,15 +124,15 @@ TEST(deon2011_statistics, samples_of_every_lobe_alone_follow_its_density) {
   std::printf("smallest p value of %zu: %.3g\n", family, smallest);
 }
 
-// A channel in which no light is left is uniform in azimuth, for S and for samples: gains choose the dark channels.
+// The largest gain makes samples choose a channel with hardly any light.
 TEST(deon2011_statistics, samples_follow_the_density_where_channels_are_dark) {
   const auto model = model_of(10);
   FiberParameters parameters;
-  parameters.sigma_a = {0.2f, 50.0f, 0.5f};
-  parameters.gain[1] = {1.0f, 1e33f, 1.0f};
+  parameters.sigma_a = {0.2f, 24.0f, 0.5f};
+  parameters.gain[1] = {1.0f, 1e15f, 1.0f};
   const fiber::FiberId id = model->add_fiber(parameters);
   const FiberEvent event = model->begin(id, {0.2f, 1.0f}, 0, 0, 0);
-  ASSERT_GT(event.energy[1].g, 0.01f);  // that of TT in green, which is 1e-31 or so without the gain
+  ASSERT_GT(event.energy[1].g, 0.01f);  // that of TT in green, which is 1e-15 or so without the gain
   const double p = p_value_of(*model, event, test::seed(211));
   EXPECT_GT(p, family_level);
 }
