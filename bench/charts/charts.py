@@ -18,7 +18,6 @@ import json
 import os
 import platform
 import random
-import re
 import statistics
 import subprocess
 import sys
@@ -37,7 +36,7 @@ import matplotlib.pyplot as pyplot  # noqa: E402
 ROOT = figures.ROOT
 SHARED = os.path.join(os.path.dirname(ROOT), "shared")
 reference_chunk = 32  # samples of one picture of a reference
-PICTURE_FOLDERS = ("include", "adaptive", "src/fiber", "src/models", "src/references", "src/scene", "src/geometry",
+PICTURE_FOLDERS = ("include", "adaptive", "src/fiber", "src/models", "bench/references", "src/scene", "src/geometry",
                    "src/integrate")
 
 
@@ -208,36 +207,14 @@ def content_hash(path):
         return hashlib.sha256(file.read()).hexdigest()[:16]
 
 
-def picture_sources(flags):
-    """Paths of the sources that make the picture of these flags: all of PICTURE_FOLDERS for models that learn; for the others
-    what makes a picture of a model, and what that model includes, so that work on ours leaves their references as they are."""
-    words = list(map(str, flags))
-    model = words[words.index("--model") + 1] if "--model" in words else "rough"
-    learns = model in ("elliptical", "exact", "rough") or model.startswith("pekelis2015")
-    files = [os.path.join(top, name) for folder in PICTURE_FOLDERS for top, _, names in os.walk(os.path.join(ROOT, folder))
-             for name in names if name.endswith((".cpp", ".h"))]
-    if learns:
-        return sorted(files)
-    # The registry names every model; what the others are does not matter here.
-    known, found = {path for path in files if not path.endswith("registry.cpp")}, set()
-    stack = [path for path in files if os.path.relpath(path, ROOT).split(os.sep)[1] in ("scene", "geometry", "integrate")]
-    stack.append(next(path for path in files if os.path.basename(path) == model + ".cpp"
-                      and os.path.basename(os.path.dirname(path)) == "models"))
-    while stack:
-        path = stack.pop()
-        if path in found:
-            continue
-        found.add(path)
-        with open(path) as file:
-            named = re.findall(r'^#include "(.*)"', file.read(), re.MULTILINE)
-        for name in named:
-            stack += [option for folder in ("src", "include") for end in (".h", ".cpp")
-                      if (option := os.path.join(ROOT, folder, name[:-2] + end)) in known]
-    return sorted(found)
+def picture_sources():
+    """Paths of the sources that make pictures."""
+    return sorted(os.path.join(top, name) for folder in PICTURE_FOLDERS for top, _, names in os.walk(os.path.join(ROOT, folder))
+                  for name in names if name.endswith((".cpp", ".h")))
 
 
 def reference_key(scene, flags):
-    """Of everything that makes the picture: the scene and the files it names, the flags, the sources that they reach."""
+    """Of everything that makes the picture: the scene and the files it names, the flags, the sources."""
     total = hashlib.sha256()
 
     def add(path):
@@ -262,7 +239,7 @@ def reference_key(scene, flags):
         total.update(flag.encode() + b"\0")
         if os.path.isfile(flag):
             add(flag)
-    for path in picture_sources(flags):
+    for path in picture_sources():
         add(path)
     return total.hexdigest()[:20]
 
