@@ -444,8 +444,8 @@ RTCGeometry triangles(RTCDevice device, const scene::Mesh& mesh) {
   return geometry;
 }
 
-/// Other flags and qualities make rays slower (bench/README.md, rays). Of rays aimed at an edge that two triangles share,
-/// 3.5 % slip through without the robust flag, and 0.007 % with it.
+/// Other flags and qualities make rays slower (bench/README.md, rays). Of rays aimed at an edge that two triangles
+/// share, 3.5 % slip through without the robust flag, and 0.007 % with it.
 RTCScene new_scene(RTCDevice device, bool has_meshes) {
   const RTCScene scene = rtcNewScene(device);
   check(device, scene);
