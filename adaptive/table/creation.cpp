@@ -95,7 +95,7 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
     const std::size_t end = std::min(start + batch, candidates.size());
     // Stops before tracing rows that would not fit in memory even without rays.
     std::size_t traced_end = start;
-    for (std::size_t least = least_bytes(); traced_end < end; ++traced_end) {
+    for (std::size_t least = bytes_; traced_end < end; ++traced_end) {
       least += bytes_needed(candidates[traced_end]);
       if (least > options_.memory_bytes) break;
     }

@@ -50,10 +50,10 @@ Service::Table::SampledAnswer Service::Table::keep_interpolated(Slice& slice, st
                                                                 std::unique_ptr<const RibbonAnswer> made) {
   Slot& slot = slice.slots[node];
   const std::size_t before = formed_bytes_.fetch_add(made->bytes(), std::memory_order_relaxed);
+  const std::size_t others = bytes_ + memo_bytes_.load(std::memory_order_relaxed);
   const bool has_room = kept_before_ != nullptr
                             ? &slice == kept_slice_ && std::ranges::binary_search(*kept_before_, node)
-                        : slice.marks != nullptr ? FormMarks::has(slice.marks, node, FormMarks::granted)
-                                                 : bytes_ + before + made->bytes() <= options_.memory_bytes;
+                            : others + before + made->bytes() <= options_.memory_bytes;
   if (slot.row != Slot::no_row || !has_room) {
     formed_bytes_.fetch_sub(made->bytes(), std::memory_order_relaxed);
     std::shared_ptr<const RibbonAnswer> kept = std::move(made);
@@ -102,6 +102,11 @@ void Service::Table::forget_interpolated(SliceId id, std::vector<bool> moved) {
     let_go_interpolated(slice, n);
     return true;
   });
+}
+
+void Service::Table::let_go_all_interpolated(Slice& slice) {
+  for (const std::uint32_t node : slice.interpolated) let_go_interpolated(slice, node);
+  slice.interpolated.clear();
 }
 
 void Service::Table::let_go_interpolated(Slice& slice, std::uint32_t node) {

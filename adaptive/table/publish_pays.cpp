@@ -6,10 +6,9 @@
 namespace tress::inline v0_2::adaptive {
 
 bool Service::Table::publish_pays(double share) const {
-  if (other_forms_pay()) return true;
   if (!learns_) return false;
-  const bool has_room = least_bytes() < options_.memory_bytes;
-  std::uint64_t queries = answered_queries_.sum() + without_form_.sum() + unindexed_queries_.sum(), waiting = 0;
+  const bool has_room = bytes_ < options_.memory_bytes;
+  std::uint64_t queries = answered_queries_.sum() + unindexed_queries_.sum(), waiting = 0;
   for (SliceId id = 0; id < rows_.slice_count(); ++id) {
     const Slice& slice = rows_.slice(id);
     if (!slice.has_index()) continue;

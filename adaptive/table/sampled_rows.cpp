@@ -274,7 +274,7 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
   std::erase_if(growths, [&](const Growth& one) {
     if (slice.slots[one.node].row != Slot::no_row) return false;
     const std::size_t size = sizeof(Row) + sizeof(RibbonAnswer);
-    if (!takes(size, asked_form_bytes(id, one.node))) {
+    if (!takes(size)) {
       report.at_ceiling = true;
       return true;
     }

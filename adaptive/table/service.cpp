@@ -109,16 +109,14 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
   } else {
     unindexed_queries_.add(1);
   }
-  const bool is_read = slice.has_index() && has_room_for_interpolated(slice, node);
-  if (slice.has_index() && !is_read) without_room_.add(1);
-  RowView view = is_read ? view_at(slice_id, node) : bare_view(RowState::absent, slice_id, node);
+  RowView view = slice.has_index() ? view_at(slice_id, node) : bare_view(RowState::absent, slice_id, node);
   if (view.row == RowView::no_row && !slice.is_sampled()) add_g(view);
   return view;
 }
 
 void Service::Table::add_g(RowView& view) {
   const Slice& slice = rows_.slice(view.slice);
-  Slot* slot = slice.has_index() && slice.slots[view.node].row == Slot::no_row ? &slice.slots[view.node] : nullptr;
+  Slot* slot = slice.has_index() ? &slice.slots[view.node] : nullptr;
   if (slot != nullptr) view.nodes = Slot::target_of<TracedNodes>(slot->word.load(std::memory_order_acquire));
   if (view.nodes != nullptr) return;
   std::unique_ptr<const TracedNodes> traced = trace(view.slice, view.node);
@@ -128,8 +126,8 @@ void Service::Table::add_g(RowView& view) {
   }
   const std::size_t size = traced->bytes();
   const std::size_t before = slot != nullptr ? memo_bytes_.fetch_add(size, std::memory_order_relaxed) : 0;
-  const std::size_t others = bytes_ + forms_.entry_bytes() + makeable_bytes_;
-  const bool has_room = slot != nullptr && others + before + size <= options_.memory_bytes;
+  const std::size_t formed = formed_bytes_.load(std::memory_order_relaxed);
+  const bool has_room = slot != nullptr && bytes_ + formed + before + size <= options_.memory_bytes;
   bool is_kept = false;
   if (has_room) {
     std::tie(view.nodes, is_kept) = slot->put_first(std::move(traced), Slot::Kind::traced);

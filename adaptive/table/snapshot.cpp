@@ -109,16 +109,7 @@ Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
       owner->answers_for.push_back(&added);
     }
   }
-  Slice& slice = rows_.slice(id);
-  if (has_index && slice.levels.coarse() > 0) {
-    if (forms_.is_marked())
-      slice.marks = FormMarks::make(description.node_count());
-    else
-      makeable_bytes_ += sizeof(RibbonAnswer) * description.node_count();
-  }
-  const auto cached = unused_.find(description.key);
-  const bool has_rows = cached != unused_.end();
-  if (has_rows) {
+  if (const auto cached = unused_.find(description.key); cached != unused_.end()) {
     // A slice on other axes cannot be used, nor saved beside this one.
     if (same_axes(cached->second.description(), description)) {
       PackedSliceRows rows(cached->second, model_name());
@@ -129,8 +120,6 @@ Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
     }
     unused_.erase(cached);
   }
-  const bool has_room = bytes_ + forms_.entry_bytes() + makeable_bytes_ <= options_.memory_bytes;
-  if (has_rows || (!forms_.is_marked() && !has_room)) grant_forms();
   return id;
 }
 
@@ -193,9 +182,7 @@ std::optional<Error> Service::Table::load(RowSource& rows) {
   }
   if (std::optional<Error> error = rows.failure()) return error;
   changes_.clear();
-  std::optional<Error> failure = take(rows);
-  grant_forms();
-  return failure;
+  return take(rows);
 }
 
 /// The rows of all slices, including unused ones, in order of their keys. Slices without rows are left out: the next

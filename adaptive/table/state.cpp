@@ -2,7 +2,7 @@
 //
 //   u32 state_version; text model, text learner
 //   totals: u32 pass, u64 paths, reopened, reopened that were logged, queried, u8 ceiling logged, unusable
-//     logged, readers may make no more than is granted; u32 number of absorbed errors, each u32 bits, u64 count
+//     logged; u32 number of absorbed errors, each u32 bits, u64 count
 //   u32 number of slices, each: text description (as in a cache), u8 has an index, then SavedSlice
 //   u32 number of unused slices, each: text, a cache file of its own
 //   u32 number of rows in order of creation, each: u32 slice, node, u8 kind, u8 audit and whether a row of samples has
@@ -35,7 +35,7 @@
 namespace tress::inline v0_2::adaptive {
 namespace {
 
-constexpr std::uint32_t state_version = 4;
+constexpr std::uint32_t state_version = 3;
 /// The bit of RibbonAnswer::has_converged in the byte that holds Row::audit.
 constexpr std::uint8_t converged_row = 0x80;
 
@@ -186,8 +186,6 @@ struct SavedSlice {
   std::uint64_t heard_paths = 0;
   std::vector<SavedHeard> heard;
   std::vector<std::vector<std::uint32_t>> made;  ///< nodes whose answer each form had made
-  /// Nodes that are granted to each form, then those whose interpolated answer is.
-  std::vector<std::vector<std::uint32_t>> granted;
 };
 
 namespace {
@@ -224,12 +222,7 @@ void write_or_read(auto& fields, const Slice& own, SavedSlice& saved) {
   });
   list(fields, saved.made, 4,
        [&](std::vector<std::uint32_t>& nodes) { list(fields, nodes, 4, [&](std::uint32_t& node) { fields(node); }); });
-  list(fields, saved.granted, 4, [&](std::vector<std::uint32_t>& nodes) {
-    least = 0;
-    list(fields, nodes, 4, node_field);
-  });
-  fields.require(saved.made.size() == own.forms.size() && saved.granted.size() == own.forms.size() + 1,
-                 "the forms of the service", "others");
+  fields.require(saved.made.size() == own.forms.size(), "the forms of the service", "others");
 }
 
 }  // namespace
@@ -245,7 +238,7 @@ struct Service::Table::Saved {
 
   std::uint32_t pass = 0;
   std::uint64_t paths = 0, reopened = 0, reopened_logged = 0, queried = 0;
-  bool ceiling_logged = false, unusable_logged = false, is_marked = false;
+  bool ceiling_logged = false, unusable_logged = false;
   std::vector<std::pair<std::uint32_t, std::uint64_t>> absorbed_errors;
   std::vector<SavedSlice> slices;
   std::map<SliceKey, PackedSlice> unused;  ///< as in Table
@@ -310,7 +303,7 @@ struct Service::Table::Saved {
     fields(pass);
     fields.require(pass > 0, "a pass above 0", "0");
     for (std::uint64_t* total : {&paths, &reopened, &reopened_logged, &queried}) fields(*total);
-    for (bool* flag : {&ceiling_logged, &unusable_logged, &is_marked}) fields(*flag);
+    for (bool* logged : {&ceiling_logged, &unusable_logged}) fields(*logged);
     list(fields, absorbed_errors, 12, [&](auto& error) {
       fields(error.first);
       fields(error.second);
@@ -423,7 +416,6 @@ Result<std::string> Service::Table::state() const {
   now.queried = light_.queried;
   now.ceiling_logged = ceiling_logged_;
   now.unusable_logged = unusable_logged_;
-  now.is_marked = forms_.is_marked();
   now.absorbed_errors.assign(absorbed_errors_.counts().begin(), absorbed_errors_.counts().end());
   StateWriter out;
   now.write_or_read_all(out, *this);
@@ -453,13 +445,6 @@ SavedSlice Service::Table::saved_slice(const Slice& slice) const {
   std::ranges::sort(saved.interpolated);  // so that the bytes do not depend on the order of threads
   saved.heard_paths = slice.heard.paths();
   for (const std::uint32_t form : slice.forms) saved.made.push_back(forms_.made_nodes(form));
-  saved.granted.resize(slice.forms.size() + 1);
-  for (std::uint32_t n = 0; forms_.is_marked() && slice.has_index() && n < slice.description.node_count(); ++n) {
-    for (std::size_t i = 0; i < slice.forms.size(); ++i) {
-      if (forms_.is_granted(forms_.rows(slice.forms[i]), n)) saved.granted[i].push_back(n);
-    }
-    if (FormMarks::has(slice.marks, n, FormMarks::granted)) saved.granted.back().push_back(n);
-  }
   return saved;
 }
 
@@ -547,26 +532,6 @@ void Service::Table::take_over(Saved& saved) {
   }
   for (std::size_t id = 0; id < saved.slices.size(); ++id) take_slice(saved.slices[id], rows_.slice(id), has_converged);
   for (const Row& row : rows_) bytes_ += rows_.bytes_of(row);
-  if (saved.is_marked) {
-    mark_all();
-    for (std::size_t id = 0; id < saved.slices.size(); ++id) take_grants(saved.slices[id].granted, rows_.slice(id));
-    forms_.rest_all();
-  } else {
-    free_all();
-  }
-  count_makeable();
-}
-
-void Service::Table::take_grants(const std::vector<std::vector<std::uint32_t>>& granted, Slice& slice) {
-  for (std::size_t i = 0; i < granted.size(); ++i) {
-    for (const std::uint32_t node : granted[i]) {
-      if (i == slice.forms.size()) {
-        if (slice.marks != nullptr) slice.marks[node].store(FormMarks::granted, std::memory_order_relaxed);
-      } else if (const FormedRows& rows = forms_.rows(slice.forms[i]); FormStore::has_entries(rows)) {
-        forms_.grant(rows, node);
-      }
-    }
-  }
 }
 
 void Service::Table::take_slice(SavedSlice& saved, Slice& slice, const std::vector<bool>& has_converged) {

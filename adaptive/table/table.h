@@ -193,20 +193,13 @@ class Service::Table {
   /// The answer of a node by its own row, or by rows of the levels above `level`; empty if they have no answer.
   /// Thread-safe.
   SampledAnswer answer_of(Slice& slice, std::uint32_t node, std::size_t level);
-  /// Whether rows of coarser grids may answer a node for want of a row.
-  static bool may_be_interpolated(const Slice& slice, std::uint32_t node) {
-    return slice.is_sampled() && slice.levels.coarse() > 0 && slice.slots[node].row == Slot::no_row;
-  }
-  /// Notes that the answer of a node without a row was asked for; whether it may be interpolated in this pass.
-  static bool has_room_for_interpolated(const Slice& slice, std::uint32_t node) {
-    return slice.slots[node].row != Slot::no_row || slice.marks == nullptr || FormMarks::ask(slice.marks, node);
-  }
   SampledAnswer keep_interpolated(Slice& slice, std::uint32_t node, std::unique_ptr<const RibbonAnswer> made);
   /// The view that a reader gets of a node of a slice with an index, but for g of an absent node. Thread-safe.
   RowView view_at(SliceId slice, std::uint32_t node);
   /// Frees the forms and interpolated answers of nodes whose row, or any row that answers for them, has changed.
   void forget_interpolated(SliceId slice, std::vector<bool> moved);
   void let_go_interpolated(Slice& slice, std::uint32_t node);
+  void let_go_all_interpolated(Slice& slice);
 
   // row_update.cpp
   /// Ends a pass for one row. It changes only the row, so rows run in parallel.
@@ -232,11 +225,9 @@ class Service::Table {
   // publish.cpp
   /// Reports what is done to Options::progress. False, from then on until the end of the pass, if the host ends it.
   bool goes_on(double done);
-  /// Counts the bytes of a new row, and reserves those of its forms. False, and counts nothing, if the memory limit or
-  /// Options::memory_monitor is against it.
-  bool takes(std::size_t size, std::size_t forms = 0);
-  /// Bytes of what gives no room to new rows: rows, and the forms of them that are in use.
-  std::size_t least_bytes() const { return bytes_ + forms_.entry_bytes() + reserved_bytes_; }
+  /// Counts the bytes of a new row. False, and counts nothing, if the memory limit or Options::memory_monitor is
+  /// against it.
+  bool takes(std::size_t size);
   /// bytes: those that there are now.
   void report_memory(std::size_t bytes);
   /// Calls task(i) for each i below count, in parallel: by Options::parallel_for, or else by oneTBB.
@@ -263,38 +254,13 @@ class Service::Table {
   /// Checks the rows of a slice against their answers, and hands them their earlier fits.
   std::optional<Error> check_rows(Saved& saved, SliceId slice) const;
   void take_over(Saved& saved);
-  /// granted: by form of the slice, then of interpolated answers.
-  void take_grants(const std::vector<std::vector<std::uint32_t>>& granted, Slice& slice);
   void take_slice(SavedSlice& saved, Slice& slice, const std::vector<bool>& has_converged);
 
   // forms.cpp
   /// Makes the answer of a row again, if it has one, without counting a query.
   void make_again(const FormedRows& rows, std::uint32_t node);
-  struct Makeable;
-  /// Calls visit for everything that readers may make of a slice's rows: these of its forms, and interpolated answers.
-  template <class Visit>
-  void for_each_makeable(SliceId slice, const std::vector<std::uint32_t>& forms, const Visit& visit) const;
-  /// Notes that the form of a node was asked for; whether it may be made in this pass.
-  bool has_room_for_form(const FormedRows& rows, std::uint32_t node) const;
-  /// Whether something was asked for since the last grant_forms(), or granted by it.
-  bool was_asked(const Makeable& one) const;
-  bool is_granted(const Makeable& one) const;
-  void grant(const Makeable& one);
-  /// Lets readers make no more than what grant() names afterwards, or all.
-  void mark_all();
-  void free_all();
-  /// Sets reserved_bytes_ by what has been asked for.
-  void reserve_forms();
-  /// Bytes of those forms of a node of samples that have been asked for.
-  std::size_t asked_form_bytes(SliceId slice, std::uint32_t node) const;
-  /// Decides what readers may make until the next call: all of it, if that has room. Otherwise what they asked for
-  /// comes first, then what they might make before; both by the light of the node, then by its events. The rest is
-  /// dropped.
-  void grant_forms();
-  /// Sets makeable_bytes_ by the marks that there are.
-  void count_makeable();
-  /// Whether grant_forms() would now have room for something that was asked for and has none.
-  bool other_forms_pay() const;
+  /// If memory is full, drops all forms and interpolated answers, so that rows have room.
+  void make_room();
 
   // service.cpp
   Error no_such_slice(const char* call, SliceId slice) const;
@@ -323,8 +289,7 @@ class Service::Table {
   PassReport end_pass(std::uint64_t paths);
   /// Traces a node. Returns null and reports it if the target throws or gives rays that TracedRay does not allow.
   std::unique_ptr<const TracedNodes> trace(SliceId slice, std::uint32_t node) const;
-  /// Gives the view of a node of a density its g: traced once a pass if the node is absent and memory lasts.
-  /// Thread-safe.
+  /// Gives the view of an absent node of a density its g: traced once a pass, while memory lasts. Thread-safe.
   void add_g(RowView& view);
   /// Updates the slot of the row, which readers use from now on. One row at a time.
   void show(Row& row, Outcome& outcome);
@@ -360,16 +325,13 @@ class Service::Table {
   ErrorQuantiles absorbed_errors_;            ///< errors of rows that converged in this session
   PassReport between_passes_;                 ///< work of load() and add_slice(), reported by the next publish()
   std::atomic<std::size_t> formed_bytes_{0};  ///< bytes of all forms, their entries and interpolated answers
-  std::size_t makeable_bytes_ = 0;            ///< most that forms and interpolated answers may take in this pass
-  std::size_t reserved_bytes_ = 0;            ///< bytes of the forms of rows that are in use, which new rows leave free
   FormStore forms_{formed_bytes_};
   std::mutex interpolated_mutex_;  ///< guards Slice::interpolated
   std::atomic<std::size_t> memo_bytes_{0};
   std::atomic<std::uint64_t> traces_{0};  ///< traces by readers in the running pass
   StripedCounter answered_queries_;       ///< queries of the running pass that forms answered
   StripedCounter converged_queries_;      ///< those of answered_queries_ whose rows have converged
-  StripedCounter without_form_;           ///< queries of the running pass for whose form there was no room
-  StripedCounter without_room_;           ///< look-ups of the running pass whose answer had no room
+  StripedCounter forms_made_anew_;        ///< forms made again in the running pass for lack of memory
   StripedCounter unindexed_queries_;      ///< queries of the running pass to slices without an index
 };
 

@@ -70,8 +70,7 @@ Json pass_fields(const PassReport& report) {
           {"learning_cpu_seconds", report.learning_cpu_seconds},
           {"ribbons", report.ribbons},
           {"unusable", report.unusable},
-          {"queries_without_room", report.queries_without_room},
-          {"forms_made_anew", 0}};
+          {"forms_made_anew", report.forms_made_anew}};
 }
 
 Json row_fields(const RowReport& report) {

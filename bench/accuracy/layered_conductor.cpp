@@ -196,7 +196,11 @@ class ByRows {
     adaptive::RowView view;
     view.slice = node.slice;
     view.node = node.a;
-    if (!answer) answer = service.look_up(rows, node.a).answer;
+    if (!answer) {
+      adaptive::FormedLookup found = service.look_up(rows, node.a);
+      answer = found.answer;
+      kept_ = std::move(found.kept);
+    }
     service.credit(view, 1);
     if (answer) row_ = static_cast<const adaptive::DecodedRow*>(answer.block());
   }
@@ -233,6 +237,7 @@ class ByRows {
   }
   float theta_;
   const adaptive::DecodedRow* row_ = nullptr;
+  std::shared_ptr<const void> kept_;
 };
 
 // A sky that is brighter at its zenith, y, and a lamp of four degrees.

@@ -270,7 +270,7 @@ tress_report report_of(const adaptive::PassReport& pass) {
   report.rows_converged = pass.rows_converged;
   report.rows_refused = pass.rows_refused;
   report.bytes = pass.bytes;
-  report.at_ceiling = pass.at_ceiling || pass.queries_without_room > 0 ? 1 : 0;
+  report.at_ceiling = pass.at_ceiling || pass.forms_made_anew > 0 ? 1 : 0;
   report.objective_p90 = pass.objective_p90;
   report.bias_bound = pass.bias_bound;
   report.learning_cpu_seconds = pass.learning_cpu_seconds;

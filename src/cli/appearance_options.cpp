@@ -44,9 +44,9 @@ void add_appearance(CLI::App* app, scene::Overrides& o) {
       "where the automatic camera stands: counter-clockwise from above, 0 is -y");
   app->add_option_function<std::vector<std::string>>(
          "--set", [&o](const std::vector<std::string>& texts) { o.settings = texts; },
-         "any key of the scene file, of one object (materials/0/...), of one by its name, or of all (materials/*/...); "
-         "a "
-         "bare file of strands has materials/0 and grooms/0; null removes a key; may be given more than once")
+         "any key of the scene file, of one object by its number (materials/0/...) or name, or of all "
+         "(materials/*/...); null removes a key; a bare file of strands has materials/0 and grooms/0; may be given "
+         "more than once")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->allow_extra_args(false)

@@ -253,7 +253,7 @@ void log_replaced(const CLI::App& app) {
   for (const char* name : replaced_options) {
     const CLI::Option* option = app.get_option_no_throw(name);
     if (option != nullptr && option->count() > 0)
-      log_note(fmt::format("{} goes with version 0.4: write --set {}={}", name,
+      log_note(fmt::format("{} works until version 0.4: write --set {}={}", name,
                            scene::option_parameter(name).key.substr(1), option->results().front()));
   }
 }

@@ -1,6 +1,7 @@
 #include "fiber/row_model.h"
 
 #include <cstddef>
+#include <vector>
 
 namespace tress::inline v0_2::fiber {
 
@@ -26,6 +27,18 @@ void DirectionRows::credit_all(const FiberValue& value) const {
     const float light = importance_ * s / value.pdf;
     service_->credit(row, one.times == 1 ? light : light * static_cast<float>(one.times), one.times);
   }
+}
+
+const void* EventRowModel::made_anew(const EventRow& row) const {
+  struct alignas(64) Line {
+    std::byte bytes[64];
+  };
+  thread_local std::vector<Line> memory;
+  const std::uint32_t width = row.formed->width();
+  const adaptive::RowView view = service_->peek(row.formed->slice(), row.node / width, row.node % width);
+  memory.resize((row.formed->form().bytes(view) + sizeof(Line) - 1) / sizeof(Line));
+  row.formed->form().write(view, memory.data());
+  return memory.data();
 }
 
 void EventRowModel::credit(const EventRow& row, float light) const {

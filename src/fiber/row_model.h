@@ -140,7 +140,7 @@ class RowModel : public FiberModel {
 /// of an EventRowModel.
 struct EventRow {
   const adaptive::FormedRows* formed = nullptr;  ///< null if no row was looked up
-  const void* block = nullptr;                   ///< from the form; null if no row answers
+  const void* block = nullptr;                   ///< from the form; null if not converged, or for lack of memory
   std::uint32_t node = 0, pass = 0;
   bool has_converged = false;
   std::uint8_t times = 0;  ///< how often the light of a direction is credited, see RowOfEvent
@@ -162,8 +162,8 @@ class RowOfEvent {
       return row_;
     }
     const adaptive::FormedLookup found = service_->look_up(rows, node);
-    const bool has_converged = static_cast<bool>(found.answer);
-    row_ = {&rows,         found.answer.block(),
+    const bool has_converged = static_cast<bool>(found.answer), is_kept = has_converged && !found.kept;
+    row_ = {&rows,         is_kept ? found.answer.block() : nullptr,
             node,          found.row.pass,
             has_converged, has_converged ? (records_formed_ ? light_interval : std::uint8_t{0}) : std::uint8_t{1}};
     return row_;
@@ -195,6 +195,10 @@ class EventRowModel : public FiberModel {
   }
 
  protected:
+  /// Makes the form's block for a converged row whose block is not kept (EventRow::block), without counting a query.
+  /// Valid until this thread's next call.
+  const void* made_anew(const EventRow& row) const;
+
   adaptive::Service* service_;
 
  private:

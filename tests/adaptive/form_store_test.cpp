@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -12,6 +13,8 @@
 
 namespace tress::inline v0_2::adaptive {
 namespace {
+
+constexpr std::size_t all_room = std::numeric_limits<std::size_t>::max();
 
 /// Writes the node; node 3 has an answer in place of its row.
 struct NodeForm final : RowForm {
@@ -36,63 +39,40 @@ struct Stored : ::testing::Test {
 };
 
 TEST_F(Stored, AnAnswerIsMadeOnceAndCountedInWholeLines) {
-  const FormedRows& rows = *store.add(0, slice, form, true, true);
+  const FormedRows& rows = *store.add(0, slice, form, true);
   const std::size_t entries = 16 * sizeof(RowEntry);
   EXPECT_EQ(bytes, entries);
   EXPECT_TRUE(store.has(rows));
   EXPECT_FALSE(store.find(rows, 5));
-  const RowAnswer made = store.make(rows, converged(5));
-  EXPECT_EQ(*static_cast<const std::uint32_t*>(made.block()), 5u);
-  EXPECT_EQ(store.find(rows, 5).block(), made.block());
-  EXPECT_EQ(store.make(rows, converged(5)).block(), made.block());
+  const FormedLookup made = store.make(rows, converged(5), all_room);
+  EXPECT_FALSE(made.kept);
+  EXPECT_EQ(*static_cast<const std::uint32_t*>(made.answer.block()), 5u);
+  EXPECT_EQ(store.find(rows, 5).block(), made.answer.block());
+  EXPECT_EQ(store.make(rows, converged(5), all_room).answer.block(), made.answer.block());
   EXPECT_EQ(bytes, entries + 128);
 }
 
-TEST_F(Stored, WhatIsGrantedRestsAndTheRestIsDropped) {
-  const FormedRows& rows = *store.add(0, slice, form, true, true);
-  const std::size_t entries = bytes;
-  EXPECT_TRUE(store.ask(rows, 1)) << "all have room";
-  const RowAnswer made = store.make(rows, converged(5));
-  store.make(rows, converged(6));
-  EXPECT_TRUE(store.was_asked(rows, 5));
-  EXPECT_FALSE(store.was_asked(rows, 1)) << "it was not made";
-  store.mark_all();
-  store.grant(rows, 5);
-  store.rest_all();
-  EXPECT_EQ(bytes, entries + 128);
+TEST_F(Stored, PastTheRoomAnAnswerBelongsToItsReader) {
+  const FormedRows& rows = *store.add(0, slice, form, true);
+  EXPECT_TRUE(store.make(rows, converged(5), bytes + 127).kept);
   EXPECT_FALSE(store.find(rows, 5));
-  EXPECT_FALSE(store.wake(rows, 6));
-  EXPECT_FALSE(store.was_asked(rows, 5));
-  EXPECT_TRUE(store.ask(rows, 5));
-  EXPECT_FALSE(store.ask(rows, 6));
-  EXPECT_TRUE(store.was_asked(rows, 6));
-  EXPECT_EQ(store.wake(rows, 5).block(), made.block());
-  EXPECT_EQ(store.find(rows, 5).block(), made.block());
-  EXPECT_EQ(store.made_nodes(0), (std::vector<std::uint32_t>{5}));
-  store.rest_all();
-  store.free_all();
-  EXPECT_EQ(store.find(rows, 5).block(), made.block());
-}
-
-TEST_F(Stored, RunsMayHideWhatIsMade) {
-  const FormedRows& hidden = *store.add(0, slice, form, true, false);
-  const RowAnswer made = store.make(hidden, converged(5));
-  EXPECT_EQ(store.find(hidden, 5).block(), made.block());
-  EXPECT_FALSE(AnswerReader(nullptr).read(hidden.run(1), 1));
-  EXPECT_FALSE(FormStore::has_entries(*store.add(0, slice, form, false, true)));
+  EXPECT_FALSE(store.make(rows, converged(5), bytes + 128).kept);
+  const FormedRows& without = *store.add(0, slice, form, false);
+  EXPECT_FALSE(FormStore::has_entries(without));
+  EXPECT_TRUE(store.make(without, converged(5), all_room).kept);
 }
 
 TEST_F(Stored, ANodeMayHaveAnAnswerInPlaceOfItsRow) {
-  const FormedRows& rows = *store.add(0, slice, form, true, true);
+  const FormedRows& rows = *store.add(0, slice, form, true);
   EXPECT_EQ(store.find(rows, 3).block(), &form->fixed);
   EXPECT_FALSE(store.find(rows, 3).has_row());
   EXPECT_TRUE(store.made_nodes(0).empty());
 }
 
 TEST_F(Stored, AnswersAreDroppedByNode) {
-  const FormedRows& rows = *store.add(0, slice, form, true, true);
+  const FormedRows& rows = *store.add(0, slice, form, true);
   const std::size_t entries = bytes;
-  for (const std::uint32_t node : {9u, 5u, 1u}) store.make(rows, converged(node));
+  for (const std::uint32_t node : {9u, 5u, 1u}) store.make(rows, converged(node), all_room);
   EXPECT_EQ(store.made_nodes(0), (std::vector<std::uint32_t>{1, 5, 9}));
   store.drop_if(0, [](std::uint32_t node) { return node == 5; });
   EXPECT_EQ(store.made_nodes(0), (std::vector<std::uint32_t>{1, 9}));
@@ -105,9 +85,9 @@ TEST_F(Stored, AnswersAreDroppedByNode) {
 TEST_F(Stored, AHandleOfAnotherStoreIsReported) {
   std::atomic<std::size_t> others{0};
   FormStore other(others);
-  const FormedRows& rows = *other.add(0, slice, form, true, true);
+  const FormedRows& rows = *other.add(0, slice, form, true);
   EXPECT_FALSE(store.has(rows));
-  store.add(0, slice, form, true, true);
+  store.add(0, slice, form, true);
   EXPECT_FALSE(store.has(rows));
 }
 

@@ -3,7 +3,6 @@
 #include <tbb/global_control.h>
 
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -610,10 +609,8 @@ TEST(SampledRows, AreLearnedByTheLightThatTheyCarry) {
 /// Density of part 0 at four azimuths.
 class FourDensities final : public RowForm {
  public:
-  mutable std::atomic<int> made{0};
   std::size_t bytes(const RowView&) const override { return 4 * sizeof(float); }
   void write(const RowView& row, void* memory) const override {
-    ++made;
     std::array<float, 4> values;
     const Ribbon part = row.ribbons->ribbon(0);
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = part.density(static_cast<float>(i), 0.5f);
@@ -641,65 +638,6 @@ TEST(SampledRows, AreReadInAFormToo) {
   const PassReport report = service.publish();
   EXPECT_EQ(report.converged_queries, 2u);
   EXPECT_EQ(report.answered_queries, 2u);
-}
-
-// With a limit between that of no row and that of all, queries were once slower than at either: their form was made
-// anew at each. Counts what they cost: forms that are made, rows that are interpolated on the way, and queries that the
-// host must answer.
-TEST(SampledRows, CostNoMoreAtAnyLimitThanAtItsEnds) {
-  constexpr std::uint32_t all = 81;
-  const MovingLobes target;
-  const auto run = [&](std::size_t memory_bytes) {
-    struct Cost {
-      int made = 0;
-      std::uint64_t unanswered = 0, bytes = 0;
-      bool is_ceiling = false;
-      std::string state;
-    } cost;
-    Options options;
-    options.memory_bytes = memory_bytes;
-    Service service(options, target);
-    const SliceId slice = *service.add_slice(graded_slice());
-    const auto form = std::make_shared<FourDensities>();
-    const FormedRows& rows = **service.add_form(slice, form);
-    service.prepare();
-    for (std::uint32_t pass = 0; pass < 6; ++pass) {
-      for (std::uint32_t i = 0; i < 20 * all; ++i) {
-        const std::uint32_t node = i * i % all;
-        RowView row;
-        row.slice = slice;
-        row.node = node;
-        if (!AnswerReader(&service).read(rows.run(node / 9), node % 9)) {
-          const FormedLookup found = service.look_up(rows, node);
-          EXPECT_TRUE(found.answer || found.row.ribbons == nullptr) << "what answers was made at no cost";
-        }
-        service.credit(row, 1);
-      }
-      const PassReport report = service.publish(1);
-      EXPECT_LE(report.bytes, options.memory_bytes);
-      cost.unanswered += report.queries - report.answered_queries;
-      cost.bytes = report.bytes;
-      cost.is_ceiling = cost.is_ceiling || report.at_ceiling || report.queries_without_room > 0;
-    }
-    cost.made = form->made;
-    cost.state = *service.state();
-    return cost;
-  };
-  const auto rich = run(std::size_t{1} << 26), none = run(sizeof(RowEntry) * all);
-  EXPECT_FALSE(rich.is_ceiling);
-  EXPECT_EQ(rich.unanswered, 0u);
-  EXPECT_EQ(none.made, 0);
-  EXPECT_EQ(none.unanswered, 6u * 20 * all);
-  std::uint64_t before = none.unanswered;
-  for (const double share : {0.05, 0.1, 0.2, 0.4, 0.7, 0.9}) {
-    const auto some = run(static_cast<std::size_t>(share * static_cast<double>(rich.bytes)));
-    EXPECT_TRUE(some.is_ceiling) << share;
-    EXPECT_LE(some.made, rich.made) << share;
-    EXPECT_LE(some.unanswered, before) << share;
-    EXPECT_EQ(some.state, run(static_cast<std::size_t>(share * static_cast<double>(rich.bytes))).state);
-    before = some.unanswered;
-  }
-  EXPECT_LT(before, none.unanswered / 4) << "most are answered by rows";
 }
 
 TEST(SampledRows, ArePassedToTheListener) {

@@ -78,11 +78,11 @@ Asked ask(const char* name, unsigned threads, std::size_t memory) {
 
 TEST(ModelThreads, RaceForRowsAndChangeNoBit) {
   const tbb::global_control width(tbb::global_control::max_allowed_parallelism, 1);
-  for (const auto& [name, little] : {std::pair{"elliptical", 400000}, {"pekelis2015", 400000}, {"rough", 400000}}) {
+  for (const auto& [name, little] : {std::pair{"elliptical", 400000}, {"pekelis2015", 400000}, {"rough", 100000}}) {
     // Room for all; for the rows but not for all that is made of them.
     for (const std::size_t memory : {std::size_t{64} << 20, static_cast<std::size_t>(little)}) {
       const Asked one = ask(name, 1, memory), four = ask(name, 4, memory);
-      EXPECT_GT(one.converged, 0u) << name << ' ' << memory;
+      EXPECT_GT(one.converged, 0u) << name;
       EXPECT_GT(one.bias_bound, 0) << name;
       EXPECT_EQ(one.table, four.table) << name << ' ' << memory;
       EXPECT_EQ(one.values, four.values) << name << ' ' << memory;

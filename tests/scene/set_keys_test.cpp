@@ -48,7 +48,7 @@ TEST(SetKeys, SetsObjectsThatAreMissingAndElementsByIndexNameOrAll) {
 TEST(SetKeys, NullRemovesAKeyThatExcludesAnother) {
   EXPECT_THAT(fault_of_setting({"materials/a/color=[0.5,0.3,0.1]"}), HasSubstr("/materials/0"));
   EXPECT_EQ(fault_of_setting({"materials/a/melanin=null", "materials/a/color=[0.5,0.3,0.1]"}), "");
-  EXPECT_EQ(fault_of_setting({"materials/a/nothing=null"}), "");
+  EXPECT_EQ(fault_of_setting({"materials/a/nothing=null", "no/such/thing=null"}), "");
 }
 
 TEST(SetKeys, ErrorsNameTheSetting) {
@@ -66,6 +66,7 @@ TEST(SetKeys, ErrorsNameTheSetting) {
       "found 2");
   EXPECT_EQ(fault_of_setting({"materials/0/name/x=1"}),
             "s.json: --set materials/0/name/x=1: expected an object or an array at /materials/0/name, found \"a\"");
+  EXPECT_THAT(fault_of_setting({"materials/0/name=\xff", "materials/0/name/x=1"}), HasSubstr("found \"\xef\xbf\xbd\""));
   for (const std::string text : {"image/width", "=3", "/=3", "image//width=3", "image/width/=3"}) {
     EXPECT_FALSE(parse_setting(text)) << text;
     EXPECT_EQ(fault_of_setting({text}), "s.json: --set: expected " + std::string(setting_words) + ", found " + text);

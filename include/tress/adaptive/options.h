@@ -32,9 +32,9 @@ struct Options {
   /// samples are within [0.005, 0.5].
   double picture_error = 0;
   /// Limit in bytes for rows, sketches, traced nodes and their memo, and forms of rows. Beyond it no row is created,
-  /// and a row without room for its form is answered like an absent one: never slower than without rows. The index of
-  /// the slices, 32 bytes per node, may take as much again, or 16 MB if that is more. A slice that has no room for an
-  /// index is traced at every query, and `at_ceiling` reports it.
+  /// and forms of rows are not kept; forms make room for rows at a publish(). The index of the slices, 32 bytes per
+  /// node, may take as much again, or 16 MB if that is more. A slice that has no room for an index is traced at every
+  /// query, and `at_ceiling` reports it.
   std::size_t memory_bytes = std::size_t{256} << 20;
   /// Number of queries of an absent row, over all passes, before it is created. It is created at the end of the pass of
   /// the last of them, because the published table does not change during a pass.

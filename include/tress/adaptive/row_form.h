@@ -26,8 +26,7 @@ class Service;
 class RowForm {
  public:
   virtual ~RowForm() = default;
-  /// The size of the block, > 0; it is rounded up to lines of 64 bytes. For all rows of a slice of samples it is the
-  /// same, and `row` may then have no ribbons yet.
+  /// The size of the block, > 0; it is rounded up to lines of 64 bytes.
   virtual std::size_t bytes(const RowView& row) const = 0;
   /// Fills the block. memory: aligned to 64 bytes, of bytes(row), not constructed. The object that is put there is
   /// never destroyed.
@@ -91,7 +90,7 @@ struct RowRun {
 class FormedRows {
  public:
   /// a: an index into axis_a. Beyond its end, the run has no answers.
-  RowRun run(std::uint32_t a) const { return {shown_ + (a < height_ ? a * stride_ : 0), slice_, a * width_}; }
+  RowRun run(std::uint32_t a) const { return {entries_ + (a < height_ ? a * stride_ : 0), slice_, a * width_}; }
   SliceId slice() const { return slice_; }
   std::uint32_t width() const { return width_; }  ///< number of nodes of axis_b
   const RowForm& form() const { return *form_; }
@@ -104,19 +103,19 @@ class FormedRows {
   SliceId slice_ = 0;
   std::uint32_t index_ = 0;  ///< in its store
   std::uint32_t width_ = 0, height_ = 0;
-  std::uint32_t stride_ = 0;         ///< width_, or 0 if all runs share empty entries
-  const RowEntry* shown_ = nullptr;  ///< what runs read: the entries, or empty ones
+  std::uint32_t stride_ = 0;  ///< width_, or 0 if there was no room for entries: all runs then share one empty entry
+  RowEntry* entries_ = nullptr;
   std::shared_ptr<const RowForm> form_;
-  std::unique_ptr<RowEntry[]> entries_;  ///< by node; null if there was no room for them
-  std::unique_ptr<RowEntry[]> empty_;
-  std::unique_ptr<std::atomic<std::uint8_t>[]> marks_;  ///< FormMarks by node; null while all forms have room
+  std::unique_ptr<RowEntry[]> owned_;
 };
 
-/// The result of a look-up in a form: the answer of a converged row, whose block lives until publish(), or else the row
-/// itself, which is answered by g. A row for whose form there is no room in this pass is answered like an absent one.
+/// The result of a look-up in a form: the answer of a converged row, or else the row itself, which is answered by g.
 struct FormedLookup {
   RowAnswer answer;
   RowView row;  ///< observe, score and credit it in any state
+  /// Set if the table had no room for the answer: its block then lives as long as this, and otherwise until publish().
+  /// Whoever keeps the block must keep this too.
+  std::shared_ptr<const void> kept;
 };
 
 /// Reads answers that have already been made. It counts the queries and adds them all at once when it is destroyed. One

@@ -91,8 +91,7 @@ class Service {
   std::optional<Error> restore(const std::string& state);
 
   /// Registers a form of the rows of a slice. Between passes. The form of a row is kept until the row changes, and
-  /// counts under Options::memory_bytes; rows for whose form that leaves no room are answered like absent ones, until a
-  /// publish() finds room (PassReport::queries_without_room). Owned by the service.
+  /// counts under Options::memory_bytes; beyond that limit, answers are made anew at every query. Owned by the service.
   /// decay_rates: the rates at which the form absorbs, exp(-rate attribute) of each ray (hair: the absorption of the
   /// three channels). PassReport::absorbed_objective is measured at them; nothing else depends on them. Rates that are
   /// not finite and > 0 are left out. Error if there is no such slice.

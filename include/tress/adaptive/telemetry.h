@@ -73,9 +73,8 @@ struct PassReport {
   std::uint64_t ribbons = 0;             ///< rows of slices of samples that have an answer, in all
   std::uint64_t rows_at_most_paths = 0;  ///< those that have the largest number of paths and did not converge
   std::uint64_t unusable = 0;            ///< refused rows whose draws were invalid (SampledTarget), in all
-  /// Queries that a row would have answered, had there been room for its form or interpolated answer
-  /// (Options::memory_bytes). They were answered as those of absent nodes are.
-  std::uint64_t queries_without_room = 0;
+  /// Number of answers in a form that were made but not kept, for lack of room (Options::memory_bytes).
+  std::uint64_t forms_made_anew = 0;
   bool cancelled = false;  ///< whether Options::progress ended the work of this pass
   /// The first invalid call since the last publish(): a node that does not exist, a target that threw or gave rays that
   /// TracedRay does not allow; with Options::check_passes also a call at a wrong time. None of these is an error in

@@ -258,7 +258,9 @@ class RoughModel final : public EventRowModel {
   }
 
   /// The answer of a row that has converged.
-  const RoughRow& answer_of(const EventRow& row) const { return *static_cast<const RoughRow*>(row.block); }
+  const RoughRow& answer_of(const EventRow& row) const {
+    return *static_cast<const RoughRow*>(row.block != nullptr ? row.block : made_anew(row));
+  }
 
   FiberSample draw_from(const FiberEvent& event, const RoughConstants& constants, const RoughRow& row,
                         const std::array<float, 4>& u) const {

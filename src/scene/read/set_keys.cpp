@@ -33,7 +33,8 @@ std::optional<Error> set_in(nlohmann::json& at, std::size_t depth, const std::st
   if (at.is_null()) at = nlohmann::json::object();
   if (at.is_object()) {
     if (depth == 0 && name == "materials" && !at.contains(name)) at[name] = {{{"name", Material{}.name}}};
-    if (depth + 1 == setting->path.size() && setting->value.is_null()) {
+    if (setting->value.is_null() && !at.contains(name)) return std::nullopt;
+    if (setting->value.is_null() && depth + 1 == setting->path.size()) {
       at.erase(name);
       return std::nullopt;
     }
@@ -41,7 +42,8 @@ std::optional<Error> set_in(nlohmann::json& at, std::size_t depth, const std::st
   }
   const std::string option = "--set " + setting->text;
   if (!at.is_array())
-    return Error{"", option, fmt::format("an object or an array at {}", place), at.dump().substr(0, 64)};
+    return Error{"", option, fmt::format("an object or an array at {}", place),
+                 at.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).substr(0, 64)};
   std::vector<std::size_t> elements;
   for (std::size_t i = 0; name == "*" && i < at.size(); ++i) elements.push_back(i);
   if (const auto one = index_of(at, name); name != "*" && one) elements.push_back(*one);
