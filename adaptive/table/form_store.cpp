@@ -17,7 +17,6 @@ const FormedRows* FormStore::add(SliceId slice, const SliceDescription& descript
   rows->stride_ = has_entries ? rows->width_ : 0;
   rows->owned_ = std::make_unique<RowEntry[]>(has_entries ? description.node_count() : rows->width_);
   rows->entries_ = rows->owned_.get();
-  if (has_entries) bytes_ += sizeof(RowEntry) * description.node_count();
   return forms_.emplace_back(std::move(rows)).rows.get();
 }
 

@@ -17,7 +17,7 @@ namespace tress::inline v0_2::adaptive {
 /// find() and make(): any thread. All others: one thread, while there is no reader.
 class FormStore {
  public:
-  /// bytes: the memory of all entries and answers is added to it. It must outlive the store.
+  /// bytes: the memory of all answers is added to it. It must outlive the store.
   explicit FormStore(std::atomic<std::size_t>& bytes) : bytes_(bytes) {}
 
   /// Registers a form of the rows of a slice. Without entries no answer is kept, and runs have none. The handle lives

@@ -95,7 +95,7 @@ void Service::Table::update_rows(PassReport& report) {
 void Service::Table::start_anew(Row& row, std::unique_ptr<const TracedNodes> nodes, PassReport& report) {
   const std::size_t wanted =
       Learning::bytes_before_nodes(rows_.slice(row.slice).description.blur_rad, learner_bytes_) + nodes->bytes();
-  if (bytes_ + forms_.entry_bytes() + wanted > options_.memory_bytes) {
+  if (bytes_ + wanted > options_.memory_bytes) {
     row.audit = Audit::due;  // it is audited again when memory has room
     return;
   }
@@ -118,8 +118,8 @@ bool Service::Table::goes_on(double done) {
   return !stopped_;
 }
 
-bool Service::Table::takes(std::size_t size, std::size_t forms) {
-  if (monitor_refused_ || least_bytes() + size + forms > options_.memory_bytes) return false;
+bool Service::Table::takes(std::size_t size) {
+  if (monitor_refused_ || bytes_ + size > options_.memory_bytes) return false;
   if (options_.memory_monitor) {
     calls_without_throwing(
         "memory_monitor", [this](Error error) { discipline_.note(std::move(error)); },
@@ -128,7 +128,6 @@ bool Service::Table::takes(std::size_t size, std::size_t forms) {
     monitored_bytes_ += size;
   }
   bytes_ += size;
-  reserved_bytes_ += forms;
   return true;
 }
 
@@ -175,7 +174,6 @@ void Service::Table::prepare() {
   stopped_ = false;
   grow_samples(between_passes_, 0);
   prepared_ = std::exchange(changes_, {});
-  grant_forms();
   between_passes_.learning_cpu_seconds += static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 }
 
@@ -220,13 +218,11 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   report.traces += traces_.exchange(0, std::memory_order_relaxed);
   report.converged_queries += converged_queries_.take();
   report.answered_queries += answered_queries_.take();
-  const std::uint64_t unformed = without_form_.take();
-  report.queries_without_room += unformed + without_room_.take();
-  report.queries += report.answered_queries + unformed;
+  report.forms_made_anew += forms_made_anew_.take();
+  report.queries += report.answered_queries;
 
   for (const std::unique_ptr<Slice>& slice : rows_.slices()) {
-    const std::size_t taken = bytes_ + forms_.entry_bytes();
-    const std::size_t room = options_.memory_bytes - std::min(taken, options_.memory_bytes);
+    const std::size_t room = options_.memory_bytes > bytes_ ? options_.memory_bytes - bytes_ : 0;
     report.newly_heard -= slice->heard.paths();
     bytes_ += slice->heard.take_in(slice->description.node_count(), room);
     report.newly_heard += slice->heard.paths();
@@ -269,7 +265,6 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
 
   stopped_ = false;
   report_memory();  // what readers have made
-  reserve_forms();
   if (learns_ && goes_on(0)) update_rows(report);
 
   std::ranges::sort(candidates, [&](const Candidate& x, const Candidate& y) {
@@ -280,7 +275,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   });
   report.at_ceiling = !admit(candidates, report) || unindexed > 0;
   if (learns_) grow_samples(report, candidates.empty() ? 0 : share_of_densities);
-  grant_forms();
+  make_room();
 
   for (const std::unique_ptr<Slice>& slice : rows_.slices()) {
     if (!slice->has_index()) continue;

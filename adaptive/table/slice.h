@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "observations/heard_exits.h"
-#include "table/form_store.h"
 #include "table/levels.h"
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/mixture.h"
@@ -141,7 +140,7 @@ struct Slice {
   bool has_index() const { return slots != nullptr; }
   bool is_sampled() const { return description.kind == SliceKind::samples; }
   static std::size_t index_bytes(const SliceDescription& d) {
-    return d.node_count() * (sizeof(Slot) + sizeof(std::uint64_t) + 2 * sizeof(std::uint32_t));
+    return d.node_count() * (sizeof(Slot) + sizeof(std::uint64_t) + 2 * sizeof(std::uint32_t) + sizeof(std::uint8_t));
   }
 
   /// Adds a decay rate of a form. Ignores rates that are not finite or not above 0.
@@ -172,9 +171,8 @@ struct Slice {
   std::unique_ptr<std::atomic<std::uint64_t>[]> light;
   /// Events credited to each node over all passes.
   std::unique_ptr<std::atomic<std::uint32_t>[]> events;
-  /// By node: 1 if a form made or woke its answer since the last publish().
+  /// By node: 1 if a form made its answer since the last publish().
   std::unique_ptr<std::atomic<std::uint8_t>[]> formed;
-  FormMarks::Marks marks;                     ///< of interpolated answers; null while all have room
   std::vector<std::uint32_t> interpolated;    ///< nodes whose slots hold an interpolated answer, in order of insertion
   std::vector<std::uint32_t> queries_before;  ///< queries at the last publish()
   std::vector<std::uint32_t> forms;           ///< indices of its forms in the table

@@ -316,7 +316,7 @@ class Service::Table {
   bool monitor_refused_ = false;              ///< whether Options::memory_monitor has refused a row in this call
   std::size_t monitored_bytes_ = 0;           ///< the sum of what Options::memory_monitor was given
   std::uint32_t pass_ = 0;                    ///< number of the publish() that runs or ran last
-  std::size_t bytes_ = 0;                     ///< bytes of all rows
+  std::size_t bytes_ = 0;                     ///< bytes of all rows, heard paths and entries of forms
   std::size_t index_bytes_ = 0;               ///< bytes of the indices of all slices
   std::uint64_t reopened_ = 0;                ///< rows reopened in this session
   std::uint64_t reopened_logged_ = 0;         ///< how many of reopened_ have been logged
@@ -324,7 +324,7 @@ class Service::Table {
   bool unusable_logged_ = false;              ///< whether unusable draws have been logged
   ErrorQuantiles absorbed_errors_;            ///< errors of rows that converged in this session
   PassReport between_passes_;                 ///< work of load() and add_slice(), reported by the next publish()
-  std::atomic<std::size_t> formed_bytes_{0};  ///< bytes of all forms, their entries and interpolated answers
+  std::atomic<std::size_t> formed_bytes_{0};  ///< bytes of all answers in forms and interpolated ones
   FormStore forms_{formed_bytes_};
   std::mutex interpolated_mutex_;  ///< guards Slice::interpolated
   std::atomic<std::size_t> memo_bytes_{0};

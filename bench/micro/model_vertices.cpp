@@ -98,7 +98,7 @@ void measure_spectrum(benchmark::State& state, const Measured& measured) {
 
 /// range(0): the memory limit in KB.
 void measure_session(benchmark::State& state, const fiber::ModelInfo& info) {
-  double answered = 0, without_room = 0;
+  double answered = 0, made_anew = 0;
   for (auto _ : state) {
     state.PauseTiming();
     adaptive::Options options;
@@ -119,11 +119,11 @@ void measure_session(benchmark::State& state, const fiber::ModelInfo& info) {
       }
       const adaptive::PassReport report = learned.service().publish(2000);
       answered = static_cast<double>(report.answered_queries) / static_cast<double>(report.queries);
-      without_room = static_cast<double>(report.queries_without_room) / static_cast<double>(report.queries);
+      made_anew = static_cast<double>(report.forms_made_anew) / static_cast<double>(report.queries);
     }
   }
   state.counters["answered"] = answered;
-  state.counters["without_room"] = without_room;
+  state.counters["made_anew"] = made_anew;
 }
 
 void measure_color(benchmark::State& state, FiberModel& model) {

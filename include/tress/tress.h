@@ -244,8 +244,8 @@ typedef struct tress_report {
   uint64_t answered_queries;  /* those answered without the target */
   uint64_t rows_open, rows_converged, rows_refused;
   uint64_t bytes;              /* of rows, and of what is made of them */
-  int at_ceiling;              /* whether the memory limit holds rows or their answers back, so that nodes which a row
-                                  could answer are answered by their target */
+  int at_ceiling;              /* whether the memory limit holds rows back, or answers had to be made again at each
+                                  query, which is slower than no rows: give more memory_bytes */
   double objective_p90;        /* error of the rows, nine in ten are below it */
   double bias_bound;           /* bound of the relative error of the picture's mean; 0 if no light was credited */
   double learning_cpu_seconds; /* of all threads of the process, during this publish */

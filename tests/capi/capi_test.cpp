@@ -755,7 +755,7 @@ TEST(CInterface, TheLargestGainGivesNumbersAndALargerOneIsRefused) {
   }
 }
 
-TEST(CInterface, AnswersWithoutRoomAreReportedAsTheCeiling) {
+TEST(CInterface, AnswersThatAreMadeAgainAtEachQueryAreReportedAsTheCeiling) {
   for (const bool is_small : {false, true}) {
     tress_options options;
     tress_options_init(&options);

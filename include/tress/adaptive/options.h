@@ -32,7 +32,7 @@ struct Options {
   /// samples are within [0.005, 0.5].
   double picture_error = 0;
   /// Limit in bytes for rows, sketches, traced nodes and their memo, and forms of rows. Beyond it no row is created,
-  /// and forms of rows are not kept; forms make room for rows at a publish(). The index of the slices, 32 bytes per
+  /// and forms of rows are not kept; forms make room for rows at a publish(). The index of the slices, 33 bytes per
   /// node, may take as much again, or 16 MB if that is more. A slice that has no room for an index is traced at every
   /// query, and `at_ceiling` reports it.
   std::size_t memory_bytes = std::size_t{256} << 20;
