@@ -110,7 +110,9 @@ std::vector<WarmGroom> grooms_of(const fiber::ModelInfo& info, const scene::Scen
     WarmGroom warm{groom.object, scene.materials[groom.material].name, {}, {}};
     std::set<std::uint32_t> used;
     if (info.slices_of != nullptr) {
-      for (const std::uint32_t fiber : std::set<std::uint32_t>(groom.fiber.begin(), groom.fiber.end())) {
+      std::set<std::uint32_t> fibers;
+      for (const scene::FiberChoice& choice : groom.choices) fibers.insert(choice.fiber);
+      for (const std::uint32_t fiber : fibers) {
         for (const SliceDescription& slice : info.slices_of(scene.fibers[fiber])) {
           const auto found = std::ranges::find(slices, slice.key, [](const WarmSlice& s) { return s.slice.key; });
           if (found != slices.end()) used.insert(static_cast<std::uint32_t>(found - slices.begin()));

@@ -440,7 +440,7 @@ StrandCurves strand_curves(const scene::Scene& scene, std::uint32_t groom_index)
   for (std::uint32_t strand = 0; strand < strands; ++strand) {
     const double hashed = 2 * std::numbers::pi * RandomStream(groom_index, strand).next();
     const double root_angle = material.root_angle_rad ? *material.root_angle_rad : hashed;
-    const float eccentricity = scene.fibers[groom.fiber[groom.station_at(strand, 0, 1)]].eccentricity;
+    const float eccentricity = scene.fibers[groom.fiber_at(groom.station_at(strand, 0, 1), 0)].eccentricity;
     const double curl_diameter =
         material.curl_diameter_cm ? *material.curl_diameter_cm : fiber::curl_diameter_cm(eccentricity);
     const double turn_rad_per_cm = material.twist && curl_diameter > 0 ? 2 / curl_diameter : 0;

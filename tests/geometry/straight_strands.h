@@ -53,11 +53,14 @@ inline scene::Scene straight_scene(const std::vector<StraightStrand>& strands, b
   scene::assign_fibers(&scene);
   const fiber::FiberParameters parameters = scene.fibers[0];
   scene.fibers.clear();
+  scene.grooms[0].choices.clear();
   for (std::size_t i = 0; i < strands.size(); ++i) {
     scene.fibers.push_back(parameters);
     scene.fibers.back().eccentricity = strands[i].eccentricity;
-    scene.grooms[0].fiber[i] = static_cast<std::uint32_t>(i);
+    scene.grooms[0].first_choice.push_back(static_cast<std::uint32_t>(i));
+    scene.grooms[0].choices.push_back({0, static_cast<std::uint16_t>(i)});
   }
+  scene.grooms[0].first_choice.push_back(static_cast<std::uint32_t>(strands.size()));
   return scene;
 }
 

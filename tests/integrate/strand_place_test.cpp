@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numeric>
 #include <vector>
 
 #include "integrate/scattering.h"
@@ -86,13 +85,17 @@ TEST(StrandPlace, HitsBetweenTwoColorsAreOfBothByHowNearTheyAre) {
   scene::Scene scene = hanging(StrandBasis::linear, {std::vector<float>{0.01f, 5.0f}});
   const geometry::FiberScene fibers(scene);
   scene::Groom& groom = scene.grooms[0];
-  std::iota(groom.fiber.begin(), groom.fiber.end(), 0u);  // every station another
-  groom.above.clear();                                    // and none between two absorptions
+  groom.choices.clear();  // every station another, and none between two absorptions
+  for (std::size_t station = 0; station + 1 < groom.first_choice.size(); ++station) {
+    groom.first_choice[station] = static_cast<std::uint32_t>(station);
+    groom.choices.push_back({0, static_cast<std::uint16_t>(station)});
+  }
+  groom.first_choice.back() = static_cast<std::uint32_t>(groom.choices.size());
   const auto stations = static_cast<float>(groom.stations_a_segment);
   RandomStream random(11);
   constexpr int n = 20000;
   for (const float station : {3.25f, 17.5f, 30.9f}) {
-    const std::uint32_t before = groom.fiber[std::size_t(station)], after = groom.fiber[std::size_t(station) + 1];
+    const auto before = static_cast<std::uint32_t>(station), after = before + 1;
     int second = 0;
     for (int i = 0; i < n; ++i) {
       auto hit = hit_at(fibers, radius_cm * (random.next() - 0.5f), station / stations + 1e-5f * random.next());

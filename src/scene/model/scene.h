@@ -239,6 +239,15 @@ struct StrandSegments {
   constexpr std::uint32_t count(std::uint32_t points) const { return (points - spare) / points_a_segment; }
 };
 
+/// A fiber that hits at a place may have: those whose number in [0, 1) is not below from / 65536, up to the next
+/// choice.
+struct FiberChoice {
+  std::uint16_t from;
+  std::uint16_t fiber;  ///< index into Scene::fibers
+
+  friend bool operator==(const FiberChoice&, const FiberChoice&) = default;
+};
+
 /// Strands of one material. Strand s has the points [first_point[s], first_point[s+1]), root first: at least two
 /// distinct ones, and as many as the basis needs.
 struct Groom {
@@ -250,11 +259,11 @@ struct Groom {
   std::vector<Instance> instances = {};
   std::uint32_t first_instance = 0;  ///< the number of its first instance in mattes, of those of its object
   std::uint32_t material = 0;
-  /// Index into Scene::fibers, per strand, or per station if strands vary along their length (station_at()).
-  std::vector<std::uint32_t> fiber;
-  /// By channel, the share in 65536ths of the hits there whose absorption is the next one above that of `fiber`
-  /// (Scene::fiber_of). Empty if the absorption does not vary.
-  std::vector<std::array<std::uint16_t, 3>> above = {};
+  /// The fibers of hits, per strand, or per station if strands vary along their length (station_at()): those of i are
+  /// choices[first_choice[i]] to before choices[first_choice[i + 1]]. If first_choice is empty, all have the one
+  /// choice.
+  std::vector<std::uint32_t> first_choice = {};
+  std::vector<FiberChoice> choices = {};
   /// The number of equal parts into which stations divide each segment of a strand; root and tip are stations too. 0:
   /// strands do not vary along their length.
   std::uint32_t stations_a_segment = 0;
@@ -288,13 +297,22 @@ struct Groom {
   Similarity place(std::size_t i) const { return instances.empty() ? Similarity{} : instances[i].first; }
   /// The first station of a strand; for the strand after the last, the number of all stations.
   std::size_t first_station(std::uint32_t strand) const { return first_of(strand, stations_a_segment); }
-  /// Index into `fiber` for a place on a strand, in segments from its root. u in [0, 1] chooses between the two
+  /// The number of a station: a place on a strand, in segments from its root. u in [0, 1] chooses between the two
   /// stations around the place; if it is uniform, the nearer one is more likely.
   std::size_t station_at(std::uint32_t strand, float place, float u) const {
     if (stations_a_segment == 0) return strand;
     const float along = place * static_cast<float>(stations_a_segment), whole = std::floor(along);
     const std::size_t station = first_station(strand) + static_cast<std::size_t>(whole) + (u < along - whole ? 1 : 0);
     return std::min(station, first_station(strand + 1) - 1);
+  }
+  /// Index into Scene::fibers for a hit at a strand or station. u in [0, 1) rounds what varies; the means over uniform
+  /// u are the values of the station.
+  std::uint32_t fiber_at(std::size_t station, float u) const {
+    if (first_choice.empty()) return choices.front().fiber;
+    const auto of_hit = static_cast<std::uint32_t>(65536 * u);
+    std::uint32_t choice = first_choice[station + 1] - 1;
+    while (choices[choice].from > of_hit) --choice;
+    return choices[choice].fiber;
   }
   /// The presence at a place, linear between stations, if `presence` is not empty. place: in segments from the root.
   float presence_at(std::uint32_t strand, float place) const {
@@ -351,25 +369,11 @@ struct Scene {
   std::vector<Light> lights;
   std::vector<Mesh> meshes;
   std::vector<Material> materials;
-  /// The distinct fibers of all strands: the materials' own, varied and quantised per strand (strand_fibers.h).
+  /// The distinct fibers of all hits: the materials' own, varied and rounded (strand_fibers.h).
   std::vector<fiber::FiberParameters> fibers;
-  /// For each of the fibers: those with the next absorption above in the channels that are bits of the place in the
-  /// array, or itself where no hit has it. Empty if no absorption varies.
-  std::vector<std::array<std::uint32_t, 8>> fibers_above = {};
   std::vector<Groom> grooms;
   std::vector<std::string> notes;     ///< for stderr: chosen units, framing
   std::vector<std::string> warnings;  ///< degenerate strands and their number, and the like
-
-  /// Index into `fibers` for a hit at a station of a groom. u in [0, 1) rounds its absorption; the mean over uniform u
-  /// is the station's.
-  std::uint32_t fiber_of(const Groom& groom, std::size_t station, float u) const {
-    const std::uint32_t lower = groom.fiber[station];
-    if (groom.above.empty()) return lower;
-    std::size_t channels = 0;
-    for (std::size_t c = 0; c < 3; ++c)
-      channels |= std::size_t{65536 * u < static_cast<float>(groom.above[station][c]) ? 1u : 0u} << c;
-    return fibers_above[lower][channels];
-  }
 };
 
 /// A mark for each object of a scene: grooms, then meshes, in their order. Empty if none is marked.

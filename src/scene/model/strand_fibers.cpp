@@ -11,7 +11,7 @@
 #include <map>
 #include <set>
 #include <string>
-#include <tuple>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -28,6 +28,8 @@ using fiber::ShapeSteps;
 
 /// Absorptions of a source below this become 0 or this.
 constexpr double least_absorption = 0.01;
+/// Gains below color_ratio to this become 0 or that.
+constexpr int least_gain_power = -25;
 /// If there are too many distinct fibers, the steps of a source's colors become coarser, up to this ratio.
 constexpr double largest_color_ratio = 5;
 /// The approximate number of stations of a strand that varies along its length, or one for each point.
@@ -54,24 +56,25 @@ constexpr std::array<NumberGrid, fiber_numbers> grids{
      {"medulla/absorption", &fiber::FiberParameters::medulla_absorption, fiber::medulla_absorption_range, 0}}};
 constexpr auto the_eccentricity = static_cast<std::size_t>(FiberNumber::eccentricity);
 
-/// An array with the same item in all places.
-template <std::size_t n, class Item>
-constexpr std::array<Item, n> filled(const Item& item) {
-  std::array<Item, n> items{};
-  items.fill(item);
-  return items;
-}
+/// What of a fiber may vary, as places in FiberKey::steps: FiberNumber, then these.
+constexpr std::size_t the_roughness = fiber_numbers, the_widths = the_roughness + 1, the_color = the_widths + 1,
+                      the_gains = the_color + 3, varying = the_gains + 3 * fiber::lobe_count;
 
-/// What distinguishes the fibers of one material: whole numbers, or as_given if the material does not vary.
+/// What distinguishes the fibers of one material.
 struct FiberKey {
   std::uint32_t material = 0;
-  std::array<int, fiber_numbers> steps = filled<fiber_numbers>(as_given);  ///< of its numbers, on their grids
-  int roughness_deg = as_given, width_steps = as_given;
-  std::array<int, 3> sigma_deg = filled<3>(as_given), color_power = filled<3>(as_given);  ///< colors: rounded down
-  /// By lobe and channel: powers of color_ratio on the material's gain.
-  std::array<std::array<int, 3>, fiber::lobe_count> gain_power = filled<fiber::lobe_count>(filled<3>(as_given));
+  /// Numbers on their grids, the roughness in degrees, factors of width in steps, and powers of a ratio: of the
+  /// absorption by channel, of the gains by lobe and channel. Or as_given where the material does not vary.
+  std::array<int, varying> steps;
 
+  FiberKey() { steps.fill(as_given); }
   friend auto operator<=>(const FiberKey&, const FiberKey&) = default;
+};
+
+/// A key whose steps are rounded down, and for each the share in 65536ths of the hits that have the next step.
+struct BetweenSteps {
+  FiberKey key;
+  std::array<std::uint16_t, varying> above{};
 };
 
 std::uint64_t hash_of(const std::string& name) {
@@ -85,96 +88,55 @@ double varied(double x, double half_range, RandomStream& random) {
   return x * (1 + half_range * (2 * double{random.next()} - 1));
 }
 
-/// Rounds a gain to a power of color_ratio, which 1 is, or to `clear`.
-int round_gain(double x, double u) {
-  constexpr int least_power = -25;  // 0.01
-  const double least = std::pow(color_ratio, least_power);
-  if (x >= least) return static_cast<int>(round_to_power(x, color_ratio, u));
-  return u < x / least ? least_power : clear;
-}
-
-/// By channel, the share in 65536ths of the hits whose absorption is the next one above that of the key.
-using Above = std::array<std::uint16_t, 3>;
-
-/// The random values of a strand: its key without the material's sources, and the numbers that round those.
+/// The random values of a strand.
 struct StrandDraws {
-  FiberKey key;
-  Above above{};
-  double width, width_u, sigma_u;  ///< factor on the roughness and the widths, and the numbers that round both
-  double factor;                   ///< on the absorption
-  double eccentricity;             ///< added to that of a source
-  double gain_u;                   ///< the number that rounds all gains
-  std::array<double, fiber_numbers> number_u;  ///< the numbers that round those of sources
+  double width;           ///< factor on the roughness and the widths
+  double factor;          ///< on the absorption
+  double eccentricity;    ///< added to that of the material or a source
+  double eccentricity_u;  ///< the number that rounds it
 };
 
-/// Rounds an absorption or a coefficient >= 0 to a power of the ratio times least_absorption, or to `clear`.
-int round_absorption(double x, double ratio, double u) {
-  const double in_least = x / least_absorption;
-  if (in_least >= 1) return static_cast<int>(round_to_power(in_least, ratio, u));
-  return u < in_least ? 0 : clear;
+/// Rounds a value down to a whole step, or as many as need no other.
+void set_steps(double x, std::size_t place, BetweenSteps* between) {
+  const double whole = std::floor(x);
+  const auto share = std::lround(65536 * (x - whole));
+  between->key.steps[place] = static_cast<int>(whole) + (share < 65536 ? 0 : 1);
+  between->above[place] = static_cast<std::uint16_t>(share % 65536);
 }
 
-/// Rounds an absorption down, and leaves the rest to hits. x > 0: to a power of the ratio.
-void set_power(double x, double ratio, int* power, std::uint16_t* above) {
+/// The same with powers of a ratio; x > 0.
+void set_power(double x, double ratio, std::size_t place, BetweenSteps* between) {
   const auto low = static_cast<int>(round_to_power(x, ratio, 1));
   const double below = std::pow(ratio, low);
-  const auto share = std::lround(65536 * (x - below) / (below * ratio - below));
-  *power = low + (share < 65536 ? 0 : 1);
-  *above = static_cast<std::uint16_t>(share % 65536);
+  set_steps(low + (x - below) / (below * ratio - below), place, between);
 }
 
-/// The same to a power times least_absorption, or to `clear`; x below 0, of a sum or a normal distribution, counts as
+/// The same with powers of a ratio times `least`, or `clear`. x below 0, of a sum or a normal distribution, counts as
 /// 0.
-void set_absorption(double x, double ratio, int* power, std::uint16_t* above) {
-  const double in_least = std::max(x, 0.0) / least_absorption;
-  const auto share = std::lround(65536 * in_least);
-  if (share >= 65536) return set_power(std::max(in_least, 1.0), ratio, power, above);
-  *power = clear;
-  *above = static_cast<std::uint16_t>(share);
+void set_coefficient(double x, double least, double ratio, std::size_t place, BetweenSteps* between) {
+  const double in_least = std::max(x, 0.0) / least;
+  if (in_least >= 1) return set_power(in_least, ratio, place, between);
+  set_steps(in_least, place, between);  // from `clear` to the power 0
+  if (between->key.steps[place] == 0)
+    between->key.steps[place] = clear;
+  else
+    between->key.steps[place] = 0;
 }
 
-/// Sets a key's roughness; the material's widths follow it as they follow its own.
-void set_roughness(const fiber::FiberParameters& fiber, double roughness, const StrandDraws& draws, FiberKey* key) {
-  key->roughness_deg = static_cast<int>(round_stochastically(roughness / degree, draws.width_u));
-  fiber::FiberParameters rounded = fiber;
-  rounded.roughness = static_cast<float>(key->roughness_deg * degree);
-  const auto sigmas = fiber::azimuthal_sigmas(rounded);
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double sigma =
-        fiber.azimuthal_sigma[i] ? *fiber.azimuthal_sigma[i] * (roughness / fiber.roughness) : double{sigmas[i]};
-    key->sigma_deg[i] = static_cast<int>(round_stochastically(std::round(1e4 * sigma / degree) / 1e4, draws.sigma_u));
-  }
-}
+/// The next step above that of a place.
+int raised(int step) { return step == clear ? 0 : step + 1; }
 
 /// Draws all numbers of a strand, whatever varies, so that one variation does not change another.
-StrandDraws draws_of(const Scene& scene, const Groom& groom, std::uint32_t strand, double ratio) {
-  const Material& material = scene.materials[groom.material];
+StrandDraws draws_of(const Material& material, std::uint32_t strand) {
   const StrandVariation& variation = material.variation;
-  const fiber::FiberParameters& fiber = material.fiber;
   RandomStream random(variation.seed, hash_of(material.name), strand);
   StrandDraws draws;
-  FiberKey& key = draws.key;
-  key.material = groom.material;
-
   draws.eccentricity = variation.eccentricity * (2 * double{random.next()} - 1);
-  draws.number_u[the_eccentricity] = random.next();
-  if (variation.eccentricity > 0)
-    key.steps[the_eccentricity] = static_cast<int>(round_stochastically(
-        1 / ShapeSteps::eccentricity * (fiber.eccentricity + draws.eccentricity), draws.number_u[the_eccentricity]));
-
+  draws.eccentricity_u = random.next();
   draws.width = varied(1, variation.width, random);
-  draws.width_u = random.next();
-  draws.sigma_u = random.next();
-  if (variation.width > 0 && material.has_node_widths)
-    key.width_steps = static_cast<int>(round_stochastically(draws.width / width_step, draws.width_u));
-  else if (variation.width > 0)
-    set_roughness(fiber, fiber.roughness * draws.width, draws, &key);
-
+  random.next();  // two numbers that rounded widths for whole strands, so that strands keep their colors
+  random.next();
   draws.factor = varied(1, variation.color, random);
-  if (variation.color > 0 && !material.pigment)
-    for (std::size_t c = 0; c < 3; ++c) set_power(draws.factor, ratio, &key.color_power[c], &draws.above[c]);
-  for (std::size_t n = the_eccentricity + 1; n < fiber_numbers; ++n) draws.number_u[n] = random.next();
-  draws.gain_u = random.next();
   return draws;
 }
 
@@ -247,26 +209,27 @@ fiber::FiberParameters fiber_of(const Scene& scene, const FiberKey& key, double 
                                                   : least_absorption * std::pow(color_ratio, key.steps[n]);
     fiber.*grid.member = static_cast<float>(std::clamp(number, grid.range.least, grid.range.most));
   }
-  if (key.roughness_deg != as_given) {
-    const double roughness = std::clamp(key.roughness_deg * degree, 0.01, 1.0);
+  if (const int degrees = key.steps[the_roughness]; degrees != as_given) {
+    const double roughness = std::clamp(degrees * degree, 0.01, 1.0);
+    const auto factor = static_cast<float>(roughness / fiber.roughness);
     for (auto& lambda : fiber.longitudinal_lambda)
-      if (lambda) *lambda *= static_cast<float>(roughness / fiber.roughness);
+      if (lambda) *lambda *= factor;
+    for (auto& sigma : fiber.azimuthal_sigma)
+      if (sigma) sigma = std::clamp(*sigma * factor, static_cast<float>(degree), static_cast<float>(45 * degree));
     fiber.roughness = static_cast<float>(roughness);
-    for (std::size_t i = 0; i < 3; ++i)
-      fiber.azimuthal_sigma[i] = static_cast<float>(std::clamp(key.sigma_deg[i], 1, 45) * degree);
   }
   for (std::size_t p = 0; p < fiber.gain.size(); ++p)
     for (int c = 0; c < 3; ++c) {
-      const int power = key.gain_power[p][static_cast<std::size_t>(c)];
-      if (power != as_given)
-        fiber.gain[p][c] = std::min(fiber.gain[p][c] * (power == clear ? 0.0f : float(std::pow(color_ratio, power))),
-                                    static_cast<float>(fiber::gain_range.most));
+      const int power = key.steps[the_gains + 3 * p + static_cast<std::size_t>(c)];
+      if (power == as_given) continue;
+      const float factor = power == clear ? 0.0f : float(std::pow(color_ratio, power + least_gain_power));
+      fiber.gain[p][c] = std::min(fiber.gain[p][c] * factor, static_cast<float>(fiber::gain_range.most));
     }
-  if (key.width_steps != as_given) widen(key.width_steps * width_step, &fiber);
-  for (std::size_t c = 0; c < 3; ++c) {
-    const int power = key.color_power[c];
+  if (const int steps = key.steps[the_widths]; steps != as_given) widen(steps * width_step, &fiber);
+  for (int c = 0; c < 3; ++c) {
+    const int power = key.steps[the_color + static_cast<std::size_t>(c)];
     if (power == as_given) continue;
-    float& sigma_a = fiber.sigma_a[static_cast<int>(c)];
+    float& sigma_a = fiber.sigma_a[c];
     sigma_a =
         power == clear ? 0.0f : static_cast<float>((from_source ? least_absorption : sigma_a) * std::pow(ratio, power));
   }
@@ -380,25 +343,51 @@ void assign_presence(const Material& material, Groom* groom) {
   if (std::ranges::all_of(groom->presence, [](float presence) { return presence == 1; })) groom->presence.clear();
 }
 
-/// Sets the numbers of a fiber that have sources, and the key's rounded ones.
-void set_numbers(const Material& material, const StrandPlace& place, const StrandDraws& draws, FiberKey* key,
-                 fiber::FiberParameters* fiber) {
+/// Sets what varies from strand to strand, without the material's sources.
+void set_variation(const Material& material, const StrandDraws& draws, double ratio, BetweenSteps* between) {
+  const StrandVariation& variation = material.variation;
+  if (variation.eccentricity > 0) {
+    const double eccentricity = material.fiber.eccentricity + draws.eccentricity;
+    between->key.steps[the_eccentricity] =
+        static_cast<int>(round_stochastically(1 / ShapeSteps::eccentricity * eccentricity, draws.eccentricity_u));
+  }
+  if (variation.width > 0 && material.has_node_widths)
+    set_steps(draws.width / width_step, the_widths, between);
+  else if (variation.width > 0)
+    set_steps(material.fiber.roughness * draws.width / degree, the_roughness, between);
+  if (variation.color > 0 && !material.pigment)
+    for (std::size_t c = 0; c < 3; ++c) set_power(draws.factor, ratio, the_color + c, between);
+}
+
+/// Sets what has sources, but for the absorption, rounded in the key and as it is in the fiber.
+void set_from_sources(const Material& material, const StrandPlace& place, const StrandDraws& draws,
+                      BetweenSteps* between, fiber::FiberParameters* fiber) {
   for (std::size_t n = 0; n < fiber_numbers; ++n) {
     if (!material.numbers[n]) continue;
     const NumberGrid& grid = grids[n];
     const double number =
         std::clamp(material.numbers[n]->at(place).x + (n == the_eccentricity ? draws.eccentricity : 0),
                    grid.range.least, grid.range.most);
-    key->steps[n] = grid.steps_a_unit > 0
-                        ? static_cast<int>(round_stochastically(grid.steps_a_unit * number, draws.number_u[n]))
-                        : round_absorption(number, color_ratio, draws.number_u[n]);
+    if (n == the_eccentricity)
+      between->key.steps[n] = static_cast<int>(round_stochastically(grid.steps_a_unit * number, draws.eccentricity_u));
+    else if (grid.steps_a_unit > 0)
+      set_steps(grid.steps_a_unit * number, n, between);
+    else
+      set_coefficient(number, least_absorption, color_ratio, n, between);
     fiber->*grid.member = static_cast<float>(number);
+  }
+  if (material.roughness) {
+    const double roughness = std::clamp(material.roughness->at(place).x * draws.width, 0.01, 1.0);
+    set_steps(roughness / degree, the_roughness, between);
+    fiber->roughness = static_cast<float>(roughness);
   }
   for (std::size_t p = 0; p < material.gain.size(); ++p) {
     if (!material.gain[p] && !material.tint[p]) continue;
     glm::vec3 gain = material.tint[p] ? material.tint[p]->at(place) : glm::vec3(1.0f);
     if (material.gain[p]) gain *= material.gain[p]->at(place).x;
-    for (int c = 0; c < 3; ++c) key->gain_power[p][static_cast<std::size_t>(c)] = round_gain(gain[c], draws.gain_u);
+    for (std::size_t c = 0; c < 3; ++c)
+      set_coefficient(gain[int(c)], std::pow(color_ratio, least_gain_power), color_ratio, the_gains + 3 * p + c,
+                      between);
   }
 }
 
@@ -410,10 +399,10 @@ std::optional<Error> fault_of_eccentricity(const Scene& scene, const Groom& groo
                "one eccentricity for the whole of a strand", "a source that varies along strands of " + groom.name};
 }
 
-/// Calls visit(groom, key, above) for the strands of all grooms, and for each station of those that vary along their
+/// Calls visit(groom, between) for the strands of all grooms, and for each station of those that vary along their
 /// length; once for a groom that does not vary. Stops when it returns false.
 template <class Visit>
-void for_each_key(const Scene& scene, double ratio, Visit&& visit) {
+void for_each_place(const Scene& scene, double ratio, Visit&& visit) {
   for (std::size_t g = 0; g < scene.grooms.size(); ++g) {
     const Groom& groom = scene.grooms[g];
     const Material& material = scene.materials[groom.material];
@@ -421,104 +410,114 @@ void for_each_key(const Scene& scene, double ratio, Visit&& visit) {
     const std::uint64_t salt = hash_of(material.name);
     const std::uint32_t count = varies(scene, groom) ? groom.strand_count() : std::min(groom.strand_count(), 1u);
     for (std::uint32_t s = 0; s < count; ++s) {
-      StrandDraws draws = draws_of(scene, groom, s, ratio);
+      const StrandDraws draws = draws_of(material, s);
+      BetweenSteps between;
+      between.key.material = groom.material;
+      set_variation(material, draws, ratio, &between);
       if (pigment == nullptr && !has_fiber_sources(material)) {
-        if (!visit(g, draws.key, draws.above)) return;
+        if (!visit(g, between)) return;
         continue;
       }
       bool goes_on = true;
       fiber::FiberParameters fiber = material.fiber;
       for_each_station(groom, s, groom.stations_a_segment, salt, [&](const StrandPlace& place) {
-        set_numbers(material, place, draws, &draws.key, &fiber);
-        if (material.roughness) {
-          const double roughness = std::clamp(material.roughness->at(place).x * draws.width, 0.01, 1.0);
-          set_roughness(material.fiber, roughness, draws, &draws.key);
-          fiber.roughness = static_cast<float>(roughness);
-        }
+        set_from_sources(material, place, draws, &between, &fiber);
         const glm::vec3 sigma_a = pigment ? pigment->at(place, fiber) : glm::vec3(0.0f);
         for (std::size_t c = 0; pigment && c < 3; ++c)
-          set_absorption(sigma_a[static_cast<int>(c)] * draws.factor, ratio, &draws.key.color_power[c],
-                         &draws.above[c]);
-        goes_on = goes_on && visit(g, draws.key, draws.above);
+          set_coefficient(sigma_a[int(c)] * draws.factor, least_absorption, ratio, the_color + c, &between);
+        goes_on = goes_on && visit(g, between);
       });
       if (!goes_on) return;
     }
   }
 }
 
-/// The key with the next absorption above in the channels that are bits of `channels`.
-FiberKey raised(FiberKey key, std::size_t channels) {
-  for (std::size_t c = 0; c < 3; ++c) {
-    if ((channels >> c & 1) == 0) continue;
-    int& power = key.color_power[c];
-    power = power == clear ? 0 : power + 1;
-  }
-  return key;
-}
+/// One number u rounds all values of a hit: up where u is below the share of hits that have the next step. For all but
+/// the absorption u is turned by this, in 65536ths, so that the absorption and the gains, which multiply, are not
+/// rounded up together: at s (1 - s) = 1/6 their covariance vanishes on average over both shares.
+constexpr std::uint32_t turn_of_others = 13851;
 
-/// The fibers of a scene by their keys, and those of each strand or station of a groom, in their order.
-struct Assignment {
-  std::map<FiberKey, std::uint32_t> keys;
-  std::vector<std::vector<std::uint32_t>> fibers;
-  std::vector<std::vector<Above>> above;
-  std::vector<std::array<std::uint32_t, 8>> fibers_above;  ///< as in the scene
+/// The steps that are raised from one value of u on, as bits, in ascending order from 0.
+struct Raised {
+  std::uint32_t from, places;
 };
 
-/// If there are more than `most` fibers, only some are returned.
+void set_raised(const BetweenSteps& between, std::vector<Raised>* raised) {
+  static_assert(varying <= 32);
+  std::array<std::pair<std::uint32_t, std::uint32_t>, 2 * varying> turns;  // where a bit changes
+  std::size_t count = 0;
+  std::uint32_t places = 0;
+  for (std::size_t place = 0; place < varying; ++place) {
+    const std::uint32_t share = between.above[place], bit = 1u << place;
+    if (share == 0) continue;
+    const std::uint32_t begin = place >= the_color && place < the_gains ? 0 : 65536 - turn_of_others;
+    if (begin == 0 || begin + share > 65536) places |= bit;
+    if (begin > 0) turns[count++] = {begin, bit};
+    if (begin + share != 65536) turns[count++] = {(begin + share) % 65536, bit};
+  }
+  std::sort(turns.begin(), turns.begin() + std::ptrdiff_t(count));
+  raised->assign(1, {0, places});
+  for (std::size_t i = 0; i < count; ++i) {
+    places ^= turns[i].second;
+    if (turns[i].first != raised->back().from)
+      raised->push_back({turns[i].first, places});
+    else
+      raised->back().places = places;
+  }
+}
+
+/// The fibers of a scene by their keys, and those of the hits on its grooms.
+struct Assignment {
+  std::map<FiberKey, std::uint32_t> keys;
+  std::vector<std::vector<std::uint32_t>> first_choice;  ///< by groom, as in Groom
+  std::vector<std::vector<FiberChoice>> choices;
+};
+
+/// If there are more than `most` fibers, only some are returned, and no choices. most: at most 65536.
 Assignment assignment(const Scene& scene, double ratio, std::size_t most) {
-  Assignment all{.keys = {},
-                 .fibers = std::vector<std::vector<std::uint32_t>>(scene.grooms.size()),
-                 .above = std::vector<std::vector<Above>>(scene.grooms.size()),
-                 .fibers_above = {}};
-  /// A key that places have: its number in the order of places, and which of the keys above it their hits have, as
-  /// bits.
-  struct Lower {
-    std::uint32_t index;
-    std::uint8_t raised;
-  };
-  std::map<FiberKey, Lower> lower;
+  Assignment all;
+  all.first_choice.resize(scene.grooms.size());
+  all.choices.resize(scene.grooms.size());
+  std::map<FiberKey, std::uint32_t> lower;                     // the numbers of keys that are rounded down
+  std::unordered_map<std::uint64_t, std::uint32_t> of_raised;  // the number of a lower key with raised steps
   auto last = lower.end();
-  for_each_key(scene, ratio, [&](std::size_t groom, const FiberKey& key, const Above& above) {
-    if (last == lower.end() || key != last->first)
-      last = lower.try_emplace(key, Lower{static_cast<std::uint32_t>(lower.size()), 0}).first;
-    for (const std::uint16_t share : above) {  // u below the share raises all channels whose share is as large
-      std::size_t channels = 0;
-      for (std::size_t c = 0; c < 3; ++c) channels |= std::size_t{above[c] >= share ? 1u : 0u} << c;
-      if (share > 0) last->second.raised |= static_cast<std::uint8_t>(1u << channels);
+  std::vector<Raised> raises;
+  for_each_place(scene, ratio, [&](std::size_t groom, const BetweenSteps& between) {
+    if (last == lower.end() || between.key != last->first)
+      last = lower.try_emplace(between.key, static_cast<std::uint32_t>(lower.size())).first;
+    set_raised(between, &raises);
+    all.first_choice[groom].push_back(static_cast<std::uint32_t>(all.choices[groom].size()));
+    for (const Raised& now : raises) {
+      const auto [of, is_new] = of_raised.try_emplace(std::uint64_t{last->second} << 32 | now.places, 0);
+      if (is_new) {
+        FiberKey key = between.key;
+        for (std::size_t place = 0; place < varying; ++place)
+          if ((now.places >> place & 1) != 0) key.steps[place] = raised(key.steps[place]);
+        of->second = all.keys.try_emplace(key, static_cast<std::uint32_t>(all.keys.size())).first->second;
+      }
+      all.choices[groom].push_back({static_cast<std::uint16_t>(now.from), static_cast<std::uint16_t>(of->second)});
     }
-    all.fibers[groom].push_back(last->second.index);
-    all.above[groom].push_back(above);
-    return lower.size() <= most;
+    return all.keys.size() <= most;
   });
-  for (const auto& [key, of_key] : lower) {
-    all.keys.emplace(key, 0);
-    for (std::size_t channels = 1; channels < 8; ++channels)
-      if ((of_key.raised >> channels & 1) != 0) all.keys.emplace(raised(key, channels), 0);
-  }
+  if (all.keys.size() > most) return all;
+  std::vector<std::uint16_t> order(all.keys.size());
   std::uint32_t next = 0;
-  for (auto& [key, index] : all.keys) index = next++;
-  std::vector<std::uint32_t> order(lower.size());
-  all.fibers_above.resize(all.keys.size());
-  for (const auto& [key, of_key] : lower) {
-    const std::uint32_t own = order[of_key.index] = all.keys.at(key);
-    all.fibers_above[own].fill(own);
-    for (std::size_t channels = 1; channels < 8; ++channels)
-      if ((of_key.raised >> channels & 1) != 0) all.fibers_above[own][channels] = all.keys.at(raised(key, channels));
+  for (auto& [key, index] : all.keys) {
+    order[index] = static_cast<std::uint16_t>(next);
+    index = next++;
   }
-  for (auto& fibers : all.fibers)
-    for (std::uint32_t& fiber : fibers) fiber = order[fiber];
+  for (auto& choices : all.choices)
+    for (FiberChoice& choice : choices) choice.fiber = order[choice.fiber];
   return all;
 }
 
 /// Each shape of a material's strands costs some 0.2 s of CPU. From eight shapes on they share the paths of eight, down
 /// to an eighth for each, because their noise is not visible among other strands of their material. Only the material
 /// decides, so that other materials do not change it.
-std::map<std::uint32_t, float> energy_path_shares(const Scene& scene, const std::map<FiberKey, std::uint32_t>& keys) {
-  std::map<std::uint32_t, std::set<std::tuple<std::array<int, fiber_numbers>, int, int>>> shapes;
-  for (const auto& [key, index] : keys) {
-    const bool has_glint = scene.materials[key.material].fiber.split_glint;
-    shapes[key.material].insert({key.steps, key.roughness_deg, has_glint ? key.sigma_deg[1] : as_given});
-  }
+std::map<std::uint32_t, float> energy_path_shares(const std::map<FiberKey, std::uint32_t>& keys) {
+  std::map<std::uint32_t, std::set<std::vector<int>>> shapes;
+  for (const auto& [key, index] : keys)
+    shapes[key.material].insert({key.steps.begin(), key.steps.begin() + the_roughness + 1});
   std::map<std::uint32_t, float> shares;
   for (const auto& [material, of_material] : shapes) {
     shares[material] = std::clamp(8 / static_cast<float>(of_material.size()), 0.125f, 1.0f);
@@ -588,13 +587,12 @@ std::optional<Error> assign_fibers(Scene* scene) {
     if (groom.stations_a_segment == 0) continue;
     const std::size_t stations = groom.first_station(groom.strand_count());
     along += stations;
-    const std::size_t above = pigment_of(*scene, groom) != nullptr ? sizeof(Above) : 0;
-    bytes += stations * (sizeof(std::uint32_t) + above) + groom.color.size() * sizeof(glm::vec3);
+    bytes += groom.color.size() * sizeof(glm::vec3);
   }
 
   double ratio = color_ratio;
   const auto is_coarsest = [&] { return !any_source || ratio * ratio > largest_color_ratio; };
-  const auto assigned_now = [&] { return assignment(*scene, ratio, is_coarsest() ? SIZE_MAX : most_fibers); };
+  const auto assigned_now = [&] { return assignment(*scene, ratio, is_coarsest() ? 65536 : most_fibers); };
   Assignment assigned = assigned_now();
   while (assigned.keys.size() > most_fibers && !is_coarsest()) {
     ratio *= ratio;
@@ -617,23 +615,23 @@ std::optional<Error> assign_fibers(Scene* scene) {
                  fmt::format("{}, {} of them of this material", keys.size(), most->second)};
   }
   scene->fibers.clear();
-  const std::map<std::uint32_t, float> shares = energy_path_shares(*scene, keys);
+  const std::map<std::uint32_t, float> shares = energy_path_shares(keys);
   for (const auto& [key, index] : keys) {
     scene->fibers.push_back(fiber_of(*scene, key, ratio));
     scene->fibers.back().energy_path_share = shares.at(key.material);
   }
-  bool any_between = false;
   for (std::size_t g = 0; g < scene->grooms.size(); ++g) {
     Groom& groom = scene->grooms[g];
-    groom.fiber = std::move(assigned.fibers[g]);
-    if (!varies(*scene, groom) && !groom.fiber.empty()) groom.fiber.resize(groom.strand_count(), groom.fiber.front());
-    groom.above.clear();
-    const bool is_between = std::ranges::any_of(assigned.above[g], [](const Above& above) { return above != Above{}; });
-    if (is_between) groom.above = std::move(assigned.above[g]);
-    any_between = any_between || is_between;
+    groom.choices = std::move(assigned.choices[g]);
+    groom.first_choice = std::move(assigned.first_choice[g]);
+    if (groom.choices.size() <= 1) {
+      groom.first_choice.clear();
+      continue;
+    }
+    groom.first_choice.push_back(static_cast<std::uint32_t>(groom.choices.size()));
+    if (groom.stations_a_segment > 0)
+      bytes += sizeof(FiberChoice) * groom.choices.size() + sizeof(std::uint32_t) * groom.first_choice.size();
   }
-  scene->fibers_above.clear();
-  if (any_between) scene->fibers_above = std::move(assigned.fibers_above);
   if (any_varies)
     scene->notes.push_back(fmt::format(
         "strands vary: {} distinct fibers{}", scene->fibers.size(),

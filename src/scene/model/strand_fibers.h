@@ -13,19 +13,18 @@ namespace tress::scene {
 /// A scene with more distinct fibers is refused.
 constexpr std::size_t most_fibers = 1024;
 
-/// Fills scene->fibers with the distinct fibers that the materials give to the strands of the grooms, and every groom's
-/// `fiber` and `presence`. If the fibers vary, their number is added to scene->notes. Materials must be in range.
+/// Fills scene->fibers with the distinct fibers that the materials give to hits on the grooms, and every groom's
+/// choices and `presence`. If the fibers vary, their number is added to scene->notes. Materials must be in range.
 ///
 /// A strand's variation is a hash of the seed of the variation, the name of the material and the index of the strand;
-/// it depends neither on the order of grooms nor on the strand's place. Values that vary are rounded once, to either
-/// neighbour at random, so that the mean is kept. The eccentricity is rounded to 0.01, the tilt to 0.5 degrees, and the
-/// roughness and the azimuthal sigmas to 1 degree; sigmas that follow the roughness follow the rounded one. The
-/// medulla's radius and asymmetry are rounded to 0.05, its coefficients to powers of color_ratio. All widths of a
-/// node's fiber (Material::has_node_widths) get one factor in whole steps of 0.05. The rounded values are the strand's
-/// fiber. The absorption is rounded to powers of color_ratio too, because a model keeps its rows once for each, but at
-/// every hit anew (Scene::fiber_of): rounded once for a strand, it would be seen, as strands of other colors. Values
-/// that do not vary are the material's. Errors name /materials/N: a variation that leaves the range of its value, an
-/// eccentricity that varies along strands, or too many distinct fibers.
+/// it depends neither on the order of grooms nor on the strand's place. A value that varies is rounded at every hit, to
+/// either neighbour at random, so that its mean is kept: rounded once for a strand, it would be seen. Only the
+/// eccentricity, which is the strand's shape too, is rounded once, to 0.01. The tilt is rounded to 0.5 degrees and the
+/// roughness to 1 degree; given widths follow the rounded one. The medulla's radius and asymmetry are rounded to 0.05,
+/// its coefficients, the gains and the absorption to powers of color_ratio. All widths of a node's fiber
+/// (Material::has_node_widths) get one factor in whole steps of 0.05. Values that do not vary are the material's.
+/// Errors name /materials/N: a variation that leaves the range of its value, an eccentricity that varies along strands,
+/// or too many distinct fibers.
 std::optional<Error> assign_fibers(Scene* scene);
 
 /// Multiplies the radii of a groom's points, at all moments, by its material's thickness.
