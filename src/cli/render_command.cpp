@@ -67,6 +67,7 @@ void add_learning(CLI::App* app, RenderSettings& s) {
   add_learner(app, s.table);
   add_number(app, "--picture-error", [&s](double x) {
     s.table.picture_error = x;
+    s.stop.picture_error = x;
   })->excludes(app->get_option("--epsilon"));
   add_number(app, "--measure-bias", [&s](double x) { s.audited_share = float(x); });
   const scene::Parameter& near = scene::option_parameter("--near");

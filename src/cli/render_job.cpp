@@ -138,6 +138,9 @@ class RenderJob {
           if (ahead.reason != nullptr) end_.stopped_by = ahead.reason;
           end_.noise = pass.noise;
           end_.bias_bound = pass.table.bias_bound;
+          end_.picture_error = settings_.stop.picture_error;
+          if (const integrate::Brightening* bias = integrate::StopRule::bias_of(pass); bias && end_.picture_error)
+            end_.is_within_error = integrate::StopRule::is_within(*bias, *end_.picture_error);
           if (ahead.reason == nullptr && !deadline.passed()) checkpoint(pass, interrupt.requested());
           if (settings_.part && !deadline.passed()) write_part(pass);
           const auto save_layers = [&] { write_partial(pass, Partial::layers); };

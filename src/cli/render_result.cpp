@@ -21,6 +21,12 @@ std::string brightening_words(const integrate::Brightening& excess) {
       100 * std::abs(excess.value), excess.value < 0 ? "darker" : "brighter", 100 * excess.error);
 }
 
+/// What is known of the bias and its limit, in words.
+std::string words_of(double limit, const std::optional<bool>& is_within) {
+  if (!is_within) return fmt::format("learned as {:.4g} asks; the bias is not estimated (--measure-bias does)", limit);
+  return fmt::format("the bias is {}within {:.4g} by two standard errors", *is_within ? "" : "not known to be ", limit);
+}
+
 }  // namespace
 
 void describe_result(const integrate::RenderResult& result, const RenderEnd& end,
@@ -33,6 +39,10 @@ void describe_result(const integrate::RenderResult& result, const RenderEnd& end
   if (!end.near.empty()) entries["near"] = end.near;
   entries["time"] = fmt::format("{:.3f} s", end.seconds);
   entries["cache_hash"] = end.cache_hash;
+  if (end.picture_error) {
+    entries["picture_error"] = words_of(*end.picture_error, end.is_within_error);
+    log_note("picture error: " + entries["picture_error"]);
+  }
   if (result.excess) {
     entries["bias_estimate"] = fmt::format("{:.4f} +- {:.4f}", result.excess->value, result.excess->error);
     log_note(brightening_words(*result.excess));
@@ -113,6 +123,7 @@ RenderTelemetry::Extra summary_fields(const integrate::RenderResult& result, con
         {"value", result.bias->value}, {"error", result.bias->error}, {"paths", result.bias->paths}};
     fields.emplace("bias_measured", json_text(bias));
   }
+  if (end.is_within_error) fields.emplace("picture_error_reached", json_text(*end.is_within_error));
   if (end.denoised_noise) fields.emplace("denoised_noise", json_text(*end.denoised_noise));
   return fields;
 }

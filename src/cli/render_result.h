@@ -17,6 +17,8 @@ namespace tress::cli {
 struct RenderEnd {
   const char* stopped_by = "signal";     ///< or "samples", "noise", "time", "page"
   double noise = 0, bias_bound = 0;      ///< after the last pass
+  std::optional<double> picture_error;   ///< the limit that was asked for
+  std::optional<bool> is_within_error;   ///< whether the bias is known to be within it; unset: no limit or no estimate
   double seconds = 0;                    ///< wall time, including earlier runs
   std::string cache_hash;                ///< hash of the table; empty without a table
   std::string near = {};                 ///< integrate::words_of(); empty if the model has no near hits

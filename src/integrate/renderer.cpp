@@ -233,6 +233,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
   };
   const auto set_excess = [&] {
     progress.deep_light = film.deep_light_bias();
+    if (auditor) progress.bias = auditor->measured(film);
     if (!model.tells_excess()) return;
     progress.excess = film.excess();
     tracer.set_brightness(film.brightness());
@@ -279,7 +280,7 @@ RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fiber
     for (const MatteKind& kind : matte_kinds(scene)) add_mattes(film, kind, &result.picture);
   }
   add_strand_mattes(film, &result.picture);
-  if (auditor) result.bias = auditor->measured(film);
+  result.bias = progress.bias;
   result.excess = progress.excess;
   result.deep_light = progress.deep_light;
   if (options.deep) result.deep = film.deep_picture();

@@ -29,9 +29,7 @@ struct BiasAudit {
 };
 
 /// Bias relative to the mean luminance of hair and surfaces in the audited pixels, without backgrounds.
-struct MeasuredBias {
-  double value = 0;  ///< picture over truth, minus 1
-  double error = 0;  ///< its standard error
+struct MeasuredBias : Brightening {
   std::uint64_t paths = 0;
 };
 
@@ -103,6 +101,7 @@ struct PassProgress {
   std::uint64_t dropped_samples = 0;  ///< those of them that were not finite, which the picture leaves out
   std::uint64_t paths_so_far = 0, paths_total = 0;
   std::optional<Brightening> excess;        ///< of the picture so far; unset if the model cannot evaluate it
+  std::optional<MeasuredBias> bias;         ///< of the picture so far; unset without RenderOptions::audit
   std::optional<DeepLightBias> deep_light;  ///< of the picture so far; unset under DeepLight::traced
   /// Relative noise of the picture so far: Film::relative_noise() and `unmet_noise` together. 0 if there is no light,
   /// or no pixel has two samples.

@@ -11,6 +11,9 @@ namespace tress::integrate {
 struct StopRule {
   std::optional<double> seconds;  ///< since the command began; the picture then depends on the machine
   std::optional<double> noise;    ///< relative noise of the picture (PassProgress::noise)
+  /// Limit of the relative bias by rows. Where the bias is estimated (bias_of()), a rule by noise ends only once its
+  /// two standard errors reach to one side of the limit: below it, or above it, where more samples would not mend it.
+  std::optional<double> picture_error = {};
 
   static constexpr int most_samples = 1 << 20;        ///< per pixel, for any rule
   static constexpr int most_samples_noise = 1 << 14;  ///< per pixel, for a rule by noise
@@ -21,6 +24,10 @@ struct StopRule {
 
   /// Largest number of samples per pixel. asked: samples of the scene.
   int samples(int asked) const { return seconds ? most_samples : noise ? most_samples_noise : asked; }
+  /// The estimate of the bias by rows: PassProgress::bias, else `excess`; null if there is neither.
+  static const Brightening* bias_of(const PassProgress& pass);
+  /// Whether a bias of no more than `limit` on either side is known by two standard errors.
+  static bool is_within(const Brightening& bias, double limit);
   static bool is_noise_known(const PassProgress& pass);
   /// The reason to end after this pass: "samples", "time" or "noise"; null to go on. A render ends only where every
   /// pixel has the same number of samples, at least one. It ends by time if a next pass as long as this one would end

@@ -187,7 +187,8 @@ Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& r
         info.has_rows() ? "the exact estimator has no rows" : fmt::format("model {} has no rows", info.name)));
   }
   integrate::RenderOptions options = request.render;
-  const integrate::StopRule rule{request.seconds, request.noise};
+  integrate::StopRule rule{request.seconds, request.noise};
+  if (request.table.picture_error > 0) rule.picture_error = request.table.picture_error;
   options.samples = rule.samples(scene.image.samples);
   if (!model->evaluates() && !model->estimates()) options.light_samples = 0;
   options.halves = request.denoise;

@@ -73,6 +73,26 @@ TEST(StopRule, noise_ends_when_reached_or_after_the_most_samples) {
   EXPECT_NEAR(ahead.seconds_left.value(), 48, 1e-9);
 }
 
+TEST(StopRule, noise_waits_until_the_bias_is_known_to_be_on_one_side_of_its_limit) {
+  const StopRule rule{std::nullopt, 0.01, 0.05};
+  integrate::PassProgress pass = after(10, 0.01);
+  EXPECT_EQ(reason(outlook(rule, pass, 20)), "noise") << "nothing estimates the bias";
+  pass.excess = integrate::Brightening{-0.03, 0.011};
+  EXPECT_EQ(reason(outlook(rule, pass, 20)), "");
+  pass.excess->error = 0.009;
+  EXPECT_EQ(reason(outlook(rule, pass, 20)), "noise");
+  pass.bias = integrate::MeasuredBias{{0.08, 0.02}, 100};  // by whole paths, so it counts instead
+  EXPECT_EQ(reason(outlook(rule, pass, 20)), "");
+  pass.bias->error = 0.01;
+  EXPECT_EQ(reason(outlook(rule, pass, 20)), "noise") << "more samples would not bring it below";
+  pass.bias = integrate::MeasuredBias{};
+  EXPECT_FALSE(StopRule::is_within(*pass.bias, 0.05)) << "no path was measured";
+  EXPECT_EQ(reason(outlook(rule, pass, 20)), "noise");
+  pass = after(102, 0.01);
+  pass.excess = integrate::Brightening{0, 0.1};
+  EXPECT_EQ(reason(outlook(rule, pass, 20)), "samples");
+}
+
 /// Seconds of each pass of three renders that began with an empty table (two cores that others were busy on): the first
 /// sample a pixel in passes of 1/64, 1/16, 1/4 and the rest of the picture, 23 more after it.
 struct Recorded {

@@ -222,6 +222,8 @@ class RoughModel final : public EventRowModel {
       FiberSample sample = constants.row.formed != nullptr && !service_->options().own_paths
                                ? heard(event, constants, u, 0).sample
                                : fibers_.traced().sample(event.fiber, constants.traced, fiber, u);
+      // Its light leaves as sampled light and that of rows do, which do not know where it enters.
+      if (constants.offset == Offset::any) sample.value.exit = {};
       set_estimate(event, constants, sample.wi, sample.value);
       for (glm::vec3& s : sample.value.s) s *= sample.value.pdf;
       return sample;

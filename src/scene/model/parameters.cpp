@@ -717,7 +717,8 @@ constexpr Parameter table[] = {
               "points over the width of the fiber, for models that integrate at every vertex"},
     Parameter{"", "--picture-error", number, accuracy, "", "", "",
               "in place of --epsilon: the relative error that fits may make in the picture; each row is then learned "
-              "as well as the light it carries asks for"},
+              "as well as the light it carries asks for, and a render to --noise goes on until it is known by two "
+              "standard errors whether the bias is below this, if --measure-bias or elliptical estimates it"},
     Parameter{"",
               "--measure-bias",
               number,
