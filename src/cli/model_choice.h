@@ -24,6 +24,6 @@ std::string refused_option(const std::vector<fiber::AskedOption>& asked, const s
 std::string refused_by_all(const std::vector<fiber::AskedOption>& asked);
 
 /// Warns about materials whose medulla the model leaves out.
-void log_lost_medullas(const scene::Scene& scene, const std::string& model);
+void log_left_out(const scene::Scene& scene, const std::string& model);
 
 }  // namespace tress::cli
