@@ -70,7 +70,7 @@ std::string refused_by_all(const std::vector<AskedOption>& asked) {
   return {};
 }
 
-void log_left_out(const scene::Scene& scene, const std::string& model) {
+void log_model_lacks(const scene::Scene& scene, const std::string& model) {
   const fiber::ModelInfo& info = *fiber::find_model(model);
   const auto names = [](const auto& is_able) {
     std::string text;

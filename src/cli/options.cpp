@@ -42,6 +42,22 @@ std::string placeholder(const scene::Parameter& parameter) {
   return parameter.kind == scene::ValueKind::whole ? "N" : "X";
 }
 
+/// Adds an option with one number, which `parse` makes of a text. An empty sentence is that of the table.
+template <class Number>
+CLI::Option* add_parsed(CLI::App* app, const std::string& name, std::optional<Number> (*parse)(const std::string&),
+                        std::function<void(Number)> set, const std::string& sentence) {
+  const scene::Parameter& parameter = scene::option_parameter(name);
+  const auto is_in_range = [parse, &parameter](const std::string& text) {
+    const std::optional<Number> value = parse(text);
+    return value && parameter.range.contains(static_cast<double>(*value));
+  };
+  return app
+      ->add_option_function<std::string>(
+          name, [parse, set](const std::string& text) { set(*parse(text)); }, help_of(parameter, sentence))
+      ->check(expecting(scene::words(parameter), is_in_range))
+      ->type_name(placeholder(parameter));
+}
+
 /// The key that --set takes for the parameter of an option: that of all objects, if it is one of several.
 std::string key_of(const scene::Parameter& parameter) {
   std::string key(parameter.key.substr(1));
@@ -162,42 +178,15 @@ CLI::Validator expecting(const std::string& expected, std::function<bool(const s
 
 CLI::Option* add_number(CLI::App* app, const std::string& name, std::function<void(double)> set,
                         const std::string& sentence) {
-  const scene::Parameter& parameter = scene::option_parameter(name);
-  return app
-      ->add_option_function<std::string>(
-          name, [set](const std::string& text) { set(*parse_number(text)); }, help_of(parameter, sentence))
-      ->check(expecting(scene::words(parameter),
-                        [&parameter](const std::string& text) {
-                          const std::optional<double> value = parse_number(text);
-                          return value && parameter.range.contains(*value);
-                        }))
-      ->type_name(placeholder(parameter));
+  return add_parsed(app, name, parse_number, std::move(set), sentence);
 }
 
 CLI::Option* add_whole(CLI::App* app, const std::string& name, std::function<void(std::uint64_t)> set) {
-  const scene::Parameter& parameter = scene::option_parameter(name);
-  return app
-      ->add_option_function<std::string>(
-          name, [set](const std::string& text) { set(*parse_unsigned(text)); }, help_of(parameter, ""))
-      ->check(expecting(scene::words(parameter),
-                        [&parameter](const std::string& text) {
-                          const std::optional<std::uint64_t> value = parse_unsigned(text);
-                          return value && parameter.range.contains(double(*value));
-                        }))
-      ->type_name(placeholder(parameter));
+  return add_parsed(app, name, parse_unsigned, std::move(set), "");
 }
 
 CLI::Option* add_signed(CLI::App* app, const std::string& name, std::function<void(std::int64_t)> set) {
-  const scene::Parameter& parameter = scene::option_parameter(name);
-  return app
-      ->add_option_function<std::string>(
-          name, [set](const std::string& text) { set(*parse_signed(text)); }, help_of(parameter, ""))
-      ->check(expecting(scene::words(parameter),
-                        [&parameter](const std::string& text) {
-                          const std::optional<std::int64_t> value = parse_signed(text);
-                          return value && parameter.range.contains(double(*value));
-                        }))
-      ->type_name(placeholder(parameter));
+  return add_parsed(app, name, parse_signed, std::move(set), "");
 }
 
 CLI::Option* add_numbers(CLI::App* app, const std::string& name, std::size_t least, std::size_t most,

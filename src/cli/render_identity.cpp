@@ -134,6 +134,12 @@ Identity identity_of(const std::filesystem::path& scene, const std::map<std::str
     for (const std::string& text : settings) identity["--set " + text] = "given";
   }
   if (document.is_object()) add_values(document, file.parent_path(), options, &identity);
+  if (const auto samples = identity.extract("--spp")) identity["/image/samples"] = samples.mapped();
+  if (const auto size = identity.extract("--resolution")) {
+    const std::size_t by = size.mapped().find('x');
+    identity["/image/width"] = size.mapped().substr(0, by);
+    identity["/image/height"] = size.mapped().substr(by + 1);
+  }
   return identity;
 }
 

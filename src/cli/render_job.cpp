@@ -393,7 +393,7 @@ int render_one(const RenderSettings& asked, TelemetryLines* shared, fiber::Model
     log_error(message);
     return 2;
   }
-  log_left_out(*scene, settings.model);
+  log_model_lacks(*scene, settings.model);
   if (const int status = log_refusal(settings, *scene); status != 0) return status;
   const Identity identity = identity_of(settings.scene, settings.given_options, settings.overrides.settings);
   std::optional<CheckpointSession> checkpoint;

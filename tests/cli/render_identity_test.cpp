@@ -50,6 +50,8 @@ TEST_F(RenderIdentity, IsOfValuesHoweverTheyWereGiven) {
   of_scene("{" + grooms + "}");
   const std::vector<std::string> settings{"image/exposure=1.0", "integrator/max_depth=8", "integrator/near=2.0"};
   EXPECT_EQ(cli::identity_of(path("scene.json"), {}, settings), in_file);
+  const cli::Identity by_options = cli::identity_of(path("scene.json"), {{"--spp", "8"}, {"--resolution", "64x48"}});
+  EXPECT_EQ(of_scene(R"({"image": {"width": 64, "height": 48, "samples": 8}, )" + grooms + "}"), by_options);
   write_text(path("bare.hair"), "strands");
   const cli::Identity bare = cli::identity_of(path("bare.hair"), {}, settings);
   EXPECT_EQ(bare.at("/integrator/max_depth"), "8");
