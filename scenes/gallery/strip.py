@@ -17,7 +17,6 @@ ROOT = os.path.dirname(os.path.dirname(HERE))
 DEMO = os.path.join(os.path.dirname(HERE), "demo.json")
 GAP = 3  # pixels between two pictures
 MODELS = ("rough", "elliptical", "chiang2016", "deon2011", "marschner2003", "ou2012")
-MANY_AT_FIRST_HIT = ("--light-samples", "8", "--bcsdf-samples", "2", "--deep-light", "learned")
 VIEWS = 5  # of the turntable, as its scene has frames
 SELECTION = ("black_straight", "white_fur", "red_low_sun", "blond_curls", "macro_fiber", "wet_strands")
 SELECTION_HEIGHT = 150  # pixels of every picture of it; no picture is smaller
@@ -26,8 +25,7 @@ SELECTION_HEIGHT = 150  # pixels of every picture of it; no picture is smaller
 def renders(name, folder):
     """The renders of a strip, in order: the name of each and its arguments."""
     if name == "turntable":  # one render of several frames
-        return [("turn.####", [os.path.join(HERE, "turntable.json"), "--frames", f"0-{VIEWS - 1}", "--model", "rough", *MANY_AT_FIRST_HIT,
-                               "--denoise", "--noise", "0.03"])]
+        return [("turn.####", [os.path.join(HERE, "turntable.json"), "--frames", f"0-{VIEWS - 1}", "--model", "rough", "--denoise", "--noise", "0.03"])]
     if name == "models":
         return [(model, [DEMO, "--model", model, "--resolution", "96x128", "--spp", "32", "--denoise"]) for model in MODELS]
     cache = os.path.join(folder, "demo.cache")

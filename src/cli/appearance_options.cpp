@@ -35,15 +35,14 @@ void add_appearance(CLI::App* app, scene::Overrides& o) {
   add_fiber_shape(app, o);
   add_number(app, "--cuticle-tilt", [&o](double x) { o.tilt_deg = x; });
   add_number(app, "--light-scale", [&o](double x) { o.light_scale = x; });
-  auto* environment = add_file(
+  add_file(
       app, "--environment", [&o](const std::string& file) { o.environment_file = file; },
       "latitude-longitude picture that lights the scene");
-  add_number(app, "--rotate", [&o](double x) { o.environment_rotate_deg = x; })->needs(environment);
-  add_number(
-      app, "--turn", [&o](double x) { o.turn_deg = x; },
-      "where the automatic camera stands: counter-clockwise from above, 0 is -y");
   app->add_option_function<std::vector<std::string>>(
-         "--set", [&o](const std::vector<std::string>& texts) { o.settings = texts; },
+         "--set",
+         [&o](const std::vector<std::string>& texts) {
+           o.settings.insert(o.settings.begin(), texts.begin(), texts.end());
+         },
          "any key of the scene file, of one object by its number (materials/0/...) or name, or of all "
          "(materials/*/...); null removes a key; a bare file of strands has materials/0 and grooms/0; may be given "
          "more than once")
@@ -65,6 +64,9 @@ void add_appearance(CLI::App* app, scene::Overrides& o) {
       ->type_name("WIDTHS")
       ->check(expecting(scene::width_use_words,
                         [](const std::string& text) { return scene::width_use_of(text).has_value(); }));
+  for (const char* name : {"--eccentricity", "--roughness", "--cuticle-tilt", "--radius", "--widths"})
+    app->get_option(name)->group(hidden_group);
+  add_keyed_options(app, &o.settings);
 }
 
 }  // namespace tress::cli

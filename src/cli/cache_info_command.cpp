@@ -351,7 +351,6 @@ Command add_cache_info(CLI::App& cache) {
                "warm cache; the word default: all that render --warm-cache default has learned", *settings);
   add_scene(info, *settings);
   add_quiet(info);
-  hide_replaced(info);
   return {info, [info, settings] {
             log_replaced(*info);
             RenderSettings& render = settings->render;

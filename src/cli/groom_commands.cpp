@@ -183,7 +183,8 @@ scene::Overrides overrides_of(const GroomSettings& settings) {
   scene::Overrides overrides;
   overrides.strict = settings.strict;
   if (settings.frame) overrides.frame = static_cast<int>(*settings.frame);
-  overrides.frames_per_second = settings.frames_per_second;
+  if (settings.frames_per_second)
+    overrides.settings = {fmt::format("camera/frames_per_second={}", *settings.frames_per_second)};
   return overrides;
 }
 
@@ -220,18 +221,21 @@ std::array<std::string, 3> modelled(const scene::Scene& scene) {
   std::string fibers =
       fmt::format("model {}: {}", chosen.info->name, chosen.why.empty() ? "no material asks for another" : chosen.why);
   fibers += !has_medulla ? ", no medulla" : chosen.info->has_medulla ? ", medulla traced" : ", medulla left out";
-  integrate::NearOptions near;
+  integrate::RenderOptions options;
+  integrate::set_asked(scene.integrator, chosen.info->has_rows(), &options);
   if (fiber::has(*chosen.info, fiber::Asks::samples))
-    integrate::measure_closeness(near, scene, geometry::FiberScene(scene));
+    integrate::measure_closeness(options.near, scene, geometry::FiberScene(scene));
   else
-    near.where = integrate::NearOptions::Where::nowhere;
-  const integrate::RenderOptions usual;
-  std::string paths = fmt::format("up to {} bounces, all traced (no --deep-light), ", usual.max_depth);
+    options.near.where = integrate::NearOptions::Where::nowhere;
+  std::string paths = fmt::format("up to {} bounces, {}, ", options.max_depth,
+                                  scene.integrator.learns_deep_light()
+                                      ? fmt::format("their light learned from hit {} on", options.deep_light_depth)
+                                      : "all traced (no deep_light)");
   paths += scene.image.least_width_px > 0
                ? fmt::format("strands at least {:g} pixels wide, hit as rarely as their own width",
                              scene.image.least_width_px)
                : "every strand of its own width (no least_width)";
-  return {fibers, integrate::words_of(near), paths};
+  return {fibers, integrate::words_of(options.near), paths};
 }
 
 int run_info(const GroomSettings& settings) {

@@ -70,16 +70,27 @@ std::string refused_by_all(const std::vector<AskedOption>& asked) {
   return {};
 }
 
-void log_lost_medullas(const scene::Scene& scene, const std::string& model) {
-  if (fiber::find_model(model)->has_medulla) return;
-  std::string names;
-  for (const fiber::ModelInfo& info : fiber::models())
-    if (info.has_medulla) names += (names.empty() ? "" : ", ") + std::string(info.name);
+void log_model_lacks(const scene::Scene& scene, const std::string& model) {
+  const fiber::ModelInfo& info = *fiber::find_model(model);
+  const auto names = [](const auto& is_able) {
+    std::string text;
+    for (const fiber::ModelInfo& other : fiber::models())
+      if (is_able(other)) text += (text.empty() ? "" : ", ") + std::string(other.name);
+    return text;
+  };
+  const scene::Integrator& asked = scene.integrator;
+  const auto traces = [](const fiber::ModelInfo& other) { return fiber::has(other, Asks::samples); };
+  if ((asked.near ? asked.near != "nowhere" : asked.near_pixels.value_or(0) > 0) && !traces(info))
+    log_warning(
+        fmt::format("/integrator/near: left out by model {}, which has no rows or cannot trace its fibers; "
+                    "models that have it: {}",
+                    model, names(traces)));
+  if (info.has_medulla) return;
   for (const scene::Material& material : scene.materials) {
     if (material.fiber.medulla_radius <= 0) continue;
     log_warning(
         fmt::format("material {}: medulla: left out by model {}, whose fibers have none; models that have it: {}",
-                    material.name, model, names));
+                    material.name, model, names([](const fiber::ModelInfo& other) { return other.has_medulla; })));
   }
 }
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -25,9 +24,6 @@ namespace tress::cli {
 
 namespace {
 
-/// Options of version 0.2. --set sets their keys in their place.
-constexpr std::array replaced_options{"--least-width", "--curve-error", "--motion-samples", "--fps", "--turn"};
-
 /// The text for an option in help, manual and completion: "sentence; range; default: what".
 std::string help_of(const scene::Parameter& parameter, const std::string& sentence) {
   std::string text = sentence.empty() ? std::string(parameter.sentence) : sentence;
@@ -44,6 +40,63 @@ std::string placeholder(const scene::Parameter& parameter) {
   if (parameter.unit == "stops") return "STOPS";
   if (parameter.unit.starts_with("MB")) return "MB";
   return parameter.kind == scene::ValueKind::whole ? "N" : "X";
+}
+
+/// Adds an option with one number, which `parse` makes of a text. An empty sentence is that of the table.
+template <class Number>
+CLI::Option* add_parsed(CLI::App* app, const std::string& name, std::optional<Number> (*parse)(const std::string&),
+                        std::function<void(Number)> set, const std::string& sentence) {
+  const scene::Parameter& parameter = scene::option_parameter(name);
+  const auto is_in_range = [parse, &parameter](const std::string& text) {
+    const std::optional<Number> value = parse(text);
+    return value && parameter.range.contains(static_cast<double>(*value));
+  };
+  return app
+      ->add_option_function<std::string>(
+          name, [parse, set](const std::string& text) { set(*parse(text)); }, help_of(parameter, sentence))
+      ->check(expecting(scene::words(parameter), is_in_range))
+      ->type_name(placeholder(parameter));
+}
+
+/// The key that --set takes for the parameter of an option: that of all objects, if it is one of several.
+std::string key_of(const scene::Parameter& parameter) {
+  std::string key(parameter.key.substr(1));
+  if (const std::size_t index = key.find("/N/"); index != std::string::npos) key.replace(index, 3, "/*/");
+  return key;
+}
+
+std::string value_words(const scene::Parameter& parameter) {
+  const std::vector<std::string> choices = scene::choices_of(parameter);
+  if (parameter.kind == scene::ValueKind::flag) return "on or off";
+  if (parameter.kind == scene::ValueKind::choice) return "one of " + joined(choices, ", ");
+  if (parameter.kind == scene::ValueKind::number_or_choice)
+    return fmt::format("{}, or {}", joined(choices, ", "), scene::words(parameter));
+  if (parameter.kind == scene::ValueKind::numbers_by_name)
+    return fmt::format("{} values separated by commas, each {}", choices.size(), scene::words(parameter));
+  return scene::words(parameter);
+}
+
+/// The value of an option as --set takes it; empty if it is not one of the parameter's.
+std::optional<std::string> value_of(const scene::Parameter& parameter, const std::string& given) {
+  using enum scene::ValueKind;
+  const std::vector<std::string> choices = scene::choices_of(parameter);
+  const bool is_choice = std::ranges::find(choices, given) != choices.end();
+  if (parameter.kind == text) return given;
+  if (parameter.kind == flag) return given == "on" ? "true" : given == "off" ? "false" : std::optional<std::string>();
+  if (parameter.kind == choice || (parameter.kind == number_or_choice && is_choice))
+    return is_choice ? std::optional(given) : std::nullopt;
+  const auto numbers = parse_numbers(given);
+  const std::size_t count = parameter.kind == numbers_by_name ? choices.size() : parameter.kind == triple ? 3 : 1;
+  if (!numbers || numbers->size() != count ||
+      !std::ranges::all_of(*numbers, [&](double x) { return parameter.range.contains(x); }))
+    return std::nullopt;
+  if (parameter.kind == whole) return parse_unsigned(given) ? std::optional(given) : std::nullopt;
+  if (parameter.kind == triple) return "[" + given + "]";
+  if (parameter.kind != numbers_by_name) return fmt::format("{}", numbers->front());
+  std::string object;
+  for (std::size_t i = 0; i < count; ++i)
+    object += fmt::format("{}\"{}\":{}", i == 0 ? "" : ",", choices[i], (*numbers)[i]);
+  return "{" + object + "}";
 }
 
 }  // namespace
@@ -125,42 +178,15 @@ CLI::Validator expecting(const std::string& expected, std::function<bool(const s
 
 CLI::Option* add_number(CLI::App* app, const std::string& name, std::function<void(double)> set,
                         const std::string& sentence) {
-  const scene::Parameter& parameter = scene::option_parameter(name);
-  return app
-      ->add_option_function<std::string>(
-          name, [set](const std::string& text) { set(*parse_number(text)); }, help_of(parameter, sentence))
-      ->check(expecting(scene::words(parameter),
-                        [&parameter](const std::string& text) {
-                          const std::optional<double> value = parse_number(text);
-                          return value && parameter.range.contains(*value);
-                        }))
-      ->type_name(placeholder(parameter));
+  return add_parsed(app, name, parse_number, std::move(set), sentence);
 }
 
 CLI::Option* add_whole(CLI::App* app, const std::string& name, std::function<void(std::uint64_t)> set) {
-  const scene::Parameter& parameter = scene::option_parameter(name);
-  return app
-      ->add_option_function<std::string>(
-          name, [set](const std::string& text) { set(*parse_unsigned(text)); }, help_of(parameter, ""))
-      ->check(expecting(scene::words(parameter),
-                        [&parameter](const std::string& text) {
-                          const std::optional<std::uint64_t> value = parse_unsigned(text);
-                          return value && parameter.range.contains(double(*value));
-                        }))
-      ->type_name(placeholder(parameter));
+  return add_parsed(app, name, parse_unsigned, std::move(set), "");
 }
 
 CLI::Option* add_signed(CLI::App* app, const std::string& name, std::function<void(std::int64_t)> set) {
-  const scene::Parameter& parameter = scene::option_parameter(name);
-  return app
-      ->add_option_function<std::string>(
-          name, [set](const std::string& text) { set(*parse_signed(text)); }, help_of(parameter, ""))
-      ->check(expecting(scene::words(parameter),
-                        [&parameter](const std::string& text) {
-                          const std::optional<std::int64_t> value = parse_signed(text);
-                          return value && parameter.range.contains(double(*value));
-                        }))
-      ->type_name(placeholder(parameter));
+  return add_parsed(app, name, parse_signed, std::move(set), "");
 }
 
 CLI::Option* add_numbers(CLI::App* app, const std::string& name, std::size_t least, std::size_t most,
@@ -243,18 +269,33 @@ void add_learner(CLI::App* app, adaptive::Options& table) {
   add_number(app, "--table-memory", [&table](double x) { table.memory_bytes = std::size_t(x * double(1 << 20)); });
 }
 
-void hide_replaced(CLI::App* app) {
-  for (const char* name : replaced_options) {
-    if (CLI::Option* option = app->get_option_no_throw(name)) option->group(hidden_group);
+void add_keyed_options(CLI::App* app, std::vector<std::string>* settings) {
+  for (const char* name : keyed_options) {
+    const scene::Parameter& parameter = scene::option_parameter(name);
+    const auto set = [settings, &parameter](const std::string& value) {
+      settings->push_back(key_of(parameter) + "=" + value);
+    };
+    CLI::Option* option =
+        name == std::string_view("--transparent")
+            ? app->add_flag_callback(name, [set] { set("true"); })
+            : app->add_option_function<std::string>(
+                     name, [set, &parameter](const std::string& text) { set(*value_of(parameter, text)); })
+                  ->check(expecting(value_words(parameter), [&parameter](const std::string& text) {
+                    return value_of(parameter, text).has_value();
+                  }));
+    option->group(hidden_group);
   }
 }
 
 void log_replaced(const CLI::App& app) {
-  for (const char* name : replaced_options) {
-    const CLI::Option* option = app.get_option_no_throw(name);
-    if (option != nullptr && option->count() > 0)
-      log_note(fmt::format("{} works until version 0.4: write --set {}={}", name,
-                           scene::option_parameter(name).key.substr(1), option->results().front()));
+  for (const scene::Parameter& parameter : scene::parameters()) {
+    if (parameter.key.empty() || parameter.option.empty()) continue;
+    const CLI::Option* option = app.get_option_no_throw(std::string(parameter.option));
+    if (option == nullptr || option->count() == 0 || option->get_group() != hidden_group) continue;
+    const std::string value =
+        option->get_expected_max() == 0 ? "true" : value_of(parameter, option->results().front()).value_or("");
+    log_note(
+        fmt::format("{} works until version 0.4: write --set '{}={}'", parameter.option, key_of(parameter), value));
   }
 }
 

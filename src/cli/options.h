@@ -3,6 +3,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -77,9 +78,16 @@ void add_learner(CLI::App* app, adaptive::Options& table);
 /// out of errors.)
 inline constexpr const char* hidden_group = "hidden";
 
-/// Hides the options that --set has replaced, which still work. log_replaced() logs what replaces those that were
-/// given.
-void hide_replaced(CLI::App* app);
+/// Options that --set has replaced, which work until version 0.4: each sets its key.
+inline constexpr std::array keyed_options{
+    "--turn",     "--shutter",    "--motion-samples",   "--fps",       "--least-width",   "--curve-error",
+    "--exposure", "--view",       "--transparent",      "--max-depth", "--light-samples", "--bcsdf-samples",
+    "--roulette", "--deep-light", "--deep-light-depth", "--near",      "--adaptive",      "--rotate"};
+
+/// Adds keyed_options, hidden. Parsing adds a text for scene::parse_setting() for each that is given.
+void add_keyed_options(CLI::App* app, std::vector<std::string>* settings);
+
+/// Logs what --set sets in place of each hidden option that was given.
 void log_replaced(const CLI::App& app);
 
 /// Adds --threads; unset: one per hardware thread that the process may use.

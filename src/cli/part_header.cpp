@@ -179,7 +179,7 @@ PartHeader part_header_of(const RenderSettings& settings, const scene::Scene& sc
   part.moving = scene.next.has_value();
   part.emission = std::ranges::any_of(scene.lights, [](const scene::Light& light) { return light.visible; });
   part.halves = settings.render.halves;
-  part.deep_light = settings.render.deep_light == integrate::DeepLight::learned;
+  part.deep_light = scene.integrator.learns_deep_light();
   part.data = settings.render.data;
   part.groups = scene::light_groups(scene);
   if (counts_objects) part.mattes = integrate::matte_kinds(scene);

@@ -31,10 +31,17 @@ std::optional<Error> unknown_group(const RenderSettings& settings, const scene::
 
 /// A learned answer is a color, which cannot be divided among lights.
 std::optional<Error> answered_groups(const RenderSettings& settings, const scene::Scene& scene) {
-  if (settings.render.deep_light == integrate::DeepLight::traced || scene::light_groups(scene).empty())
-    return std::nullopt;
-  return Error{"", "--deep-light",
+  if (!scene.integrator.learns_deep_light() || scene::light_groups(scene).empty()) return std::nullopt;
+  return Error{settings.scene.string(), "/integrator/deep_light",
                "traced in a scene whose lights have a `group`, since what is learned is of all lights", "learned"};
+}
+
+/// Parts have as many samples of each pixel.
+std::optional<Error> uneven_samples(const RenderSettings& settings, const scene::Scene& scene) {
+  if (!scene.integrator.adaptive.value_or(false) || !(settings.samples_from || settings.samples_to))
+    return std::nullopt;
+  return Error{settings.scene.string(), "/integrator/adaptive",
+               "false with --samples-from and --samples-to, whose pixels have as many samples", "true"};
 }
 
 /// Checks that all outputs can be written, before anything is rendered.
@@ -89,7 +96,7 @@ std::array<int, 4> edges_of(const image::Window& window) {
 }
 
 int log_refusal(const RenderSettings& settings, const scene::Scene& scene) {
-  for (const auto& check : {wrong_range, unknown_group, too_few_samples, answered_groups}) {
+  for (const auto& check : {wrong_range, unknown_group, too_few_samples, answered_groups, uneven_samples}) {
     if (const std::optional<Error> error = check(settings, scene)) {
       log_error(error->message());
       return 2;

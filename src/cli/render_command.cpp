@@ -70,24 +70,6 @@ void add_learning(CLI::App* app, RenderSettings& s) {
     s.stop.picture_error = x;
   })->excludes(app->get_option("--epsilon"));
   add_number(app, "--measure-bias", [&s](double x) { s.audited_share = float(x); });
-  const scene::Parameter& near = scene::option_parameter("--near");
-  app->add_option_function<std::string>(
-         "--near",
-         [&s](const std::string& text) {
-           using Where = integrate::NearOptions::Where;
-           const auto pixels = parse_numbers(text);
-           if (pixels) s.render.near.pixels = float(pixels->front());
-           s.render.near.where =
-               integrate::near_named(text).value_or(pixels && !(pixels->front() > 0) ? Where::nowhere : Where::seen);
-         },
-         std::string(near.sentence))
-      ->check(expecting("nowhere, touching, everywhere, or " + scene::words(near),
-                        [&near](const std::string& text) {
-                          const auto pixels = parse_numbers(text);
-                          return integrate::near_named(text) ||
-                                 (pixels && pixels->size() == 1 && near.range.contains(pixels->front()));
-                        }))
-      ->type_name("nowhere|touching|everywhere|X");
   auto* cache = add_file(
       app, "--warm-cache", [&s](const std::string& file) { s.warm_cache = file; },
       "table to start from and to save; the word default: the folder $XDG_CACHE_HOME/tress, else ~/.cache/tress, with "
@@ -257,13 +239,15 @@ std::map<std::string, std::string> given_options(const CLI::App& render) {
                                             "--serve",
                                             "--serve-reference",
                                             "--display-server",
+                                            "--set",
                                             "--progress",
                                             "--help"};
   std::map<std::string, std::string> given;
   for (const CLI::Option* option : render.get_options()) {
     const std::string name = option->get_name();
     const std::string plain = option->get_lnames().empty() ? name : "--" + option->get_lnames().front();
-    if (option->count() == 0 || others.contains(plain)) continue;
+    // What sets a key of the scene is in the identity by that key.
+    if (option->count() == 0 || others.contains(plain) || std::ranges::count(keyed_options, plain) > 0) continue;
     given[plain] = plain == "--heatmap" || plain == "--deep" ? "given" : joined(option->results(), ",");
   }
   return given;
@@ -302,12 +286,6 @@ std::string contradiction(const CLI::App& render, const RenderSettings& s) {
   }
   if (render.count("--cache-limit") && !is_default_cache(*s.warm_cache)) {
     return fmt::format("--cache-limit: expected --warm-cache default, found {}", s.warm_cache->string());
-  }
-  if (s.adaptive.value_or(false) && (s.samples_from || s.samples_to)) {
-    return "--adaptive: expected off with --samples-from and --samples-to, whose pixels have as many samples, found on";
-  }
-  if (s.render.deep_light == integrate::DeepLight::learned && s.roulette == integrate::Roulette::throughput) {
-    return "--deep-light: expected traced with --roulette throughput, which learns no light, found learned";
   }
   if (s.denoise && s.part) {
     return fmt::format(
@@ -371,26 +349,11 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
   auto* noise = add_number(render, "--noise", [&s](double x) { s.stop.noise = x; });
   samples->excludes(time)->excludes(noise);
   time->excludes(noise);
-  add_choice(
-      render, "--adaptive", {"on", "off"}, [&s](const std::string& word) { s.adaptive = word == "on"; },
-      "more samples where the picture is noisier, --spp being their mean; default: on with --noise and --time");
   add_resolution(render, s.overrides);
-  add_number(render, "--least-width", [&s](double x) { s.overrides.least_width_px = float(x); });
-  add_number(render, "--curve-error", [&s](double x) { s.overrides.curve_error_px = float(x); });
   add_layers(render, s);
   add_flag(render, "--denoise", [&s] { s.denoise = true; });
   add_precision(render, s.precision);
-  add_number(render, "--exposure", [&s](double x) { s.overrides.exposure_stops = x; });
-  add_choice(
-      render, "--view", image::view_names(), [&s](const std::string& name) { s.overrides.view = image::view_of(name); },
-      std::string(scene::option_parameter("--view").sentence));
-  add_flag(render, "--transparent", [&s] { s.overrides.transparent = true; });
   add_signed(render, "--frame", [&s](std::int64_t n) { s.overrides.frame = int(n); });
-  add_numbers(
-      render, "--shutter", 2, 2, [&s](const auto& x) { s.overrides.shutter = {x[0], x[1]}; },
-      "when the shutter opens and closes, in frames from that of the picture: 0,0.5 or -0.25,0.25");
-  add_number(render, "--fps", [&s](double x) { s.overrides.frames_per_second = x; });
-  add_whole(render, "--motion-samples", [&s](std::uint64_t n) { s.overrides.motion_samples = int(n); });
   render
       ->add_option_function<std::string>(
           "--crop", [&s](const std::string& text) { s.render.crop = parse_crop(text); },
@@ -402,27 +365,6 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
   add_shots(render, s);
   add_viewers(render, s);
   add_whole(render, "--seed", [&s](std::uint64_t seed) { s.render.seed = seed; });
-  add_whole(render, "--light-samples", [&s](std::uint64_t n) { s.render.light_samples = int(n); });
-  add_whole(render, "--bcsdf-samples", [&s](std::uint64_t n) { s.render.bcsdf_samples = int(n); });
-  add_whole(render, "--max-depth", [&s](std::uint64_t n) { s.render.max_depth = int(n); });
-  add_choice(
-      render, "--roulette", {"learned", "throughput"},
-      [&s](const std::string& rule) {
-        s.roulette = rule == "learned" ? integrate::Roulette::learned : integrate::Roulette::throughput;
-      },
-      "where paths end or part, without bias. learned (default where rows learn): by the light that is still to come, "
-      "as earlier passes found it; throughput (default with exact or a frozen cache): by what they have lost, the same "
-      "in a crop as in the whole picture");
-  add_choice(
-      render, "--deep-light", {"traced", "learned"},
-      [&s](const std::string& way) {
-        s.render.deep_light = way == "learned" ? integrate::DeepLight::learned : integrate::DeepLight::traced;
-      },
-      "what hits deep in the hair bring. traced (default): what paths from there find, without bias; learned: the mean "
-      "of what earlier passes found there, and the path ends. Biased; the bias is reported with its error");
-  add_whole(render, "--deep-light-depth", [&s](std::uint64_t n) {
-    s.render.deep_light_depth = int(n);
-  })->needs(render->get_option("--deep-light"));
   add_file(render, "--heatmap",
            [&s](const std::string& file) {
              s.heatmap = file;
@@ -443,7 +385,6 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       render, "--progress", {"openjd"}, [](const std::string&) { use_openjd_lines(); },
       "lines on standard output that Open Job Description reads: openjd_progress, openjd_status, openjd_fail");
   add_quiet(render);
-  hide_replaced(render);
   return {render, [render, settings] {
             log_replaced(*render);
             settings->model_of_scene = render->count("--model") == 0;

@@ -45,7 +45,8 @@ bool is_finished(const RenderSettings& settings) {
     return found == picture->metadata.end() ? std::string() : found->second;
   };
   if (of("stopped_by") == "signal" || of("stopped_by") == "checkpoint") return false;
-  return of("settings") == identity_text(identity_of(settings.scene, settings.given_options));
+  return of("settings") ==
+         identity_text(identity_of(settings.scene, settings.given_options, settings.overrides.settings));
 }
 
 struct FrameCount {

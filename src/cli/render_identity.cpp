@@ -17,6 +17,7 @@
 #include "cli/telemetry_lines.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/input_files.h"
+#include "scene/read/set_keys.h"
 #include "tress/version.h"
 
 namespace tress::cli {
@@ -55,20 +56,17 @@ struct FrameRange {
 };
 
 FrameRange frames_of(const nlohmann::json& document, const std::map<std::string, std::string>& options) {
-  const auto number = [](const nlohmann::json& value, const char* place) {
+  const auto number = [&](const char* place) {
     const nlohmann::json::json_pointer at(place);
-    return value.contains(at) && value[at].is_number() ? value[at].get<double>() : 0.0;
+    return document.contains(at) && document[at].is_number() ? document[at].get<double>() : 0.0;
   };
-  double frame = number(document, "/camera/frames/0/frame");
+  double frame = number("/camera/frames/0/frame");
   for (const char* name : {"--frame", "frame"})
     if (const auto given = options.find(name); given != options.end())
       frame = parse_number(given->second).value_or(frame);
-  double open = number(document, "/camera/shutter/open"), close = number(document, "/camera/shutter/close");
-  if (const auto given = options.find("--shutter"); given != options.end())
-    if (const auto both = parse_numbers(given->second); both && both->size() == 2)
-      open = (*both)[0], close = (*both)[1];
   const auto whole = [](double x) { return static_cast<int>(std::clamp(x, -1e7, 1e7)); };
-  return {whole(std::floor(frame + open)), whole(std::ceil(frame + close))};
+  return {whole(std::floor(frame + number("/camera/shutter/open"))),
+          whole(std::ceil(frame + number("/camera/shutter/close")))};
 }
 
 /// The same for a name with ####: the content of the files of these frames.
@@ -82,49 +80,66 @@ std::string with_numbered_content(const std::string& text, const std::filesystem
   return all;
 }
 
-bool add_scene_values(const std::filesystem::path& file, const std::map<std::string, std::string>& options,
-                      Identity* identity) {
+/// The scene file as JSON; null if it is not.
+nlohmann::json document_of(const std::filesystem::path& file) {
   std::error_code error;
-  if (std::filesystem::file_size(file, error) > most_scene_bytes || error) return false;
+  if (std::filesystem::file_size(file, error) > most_scene_bytes || error) return nullptr;
   std::ifstream in(file, std::ios::binary);
   const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  const nlohmann::json document = nlohmann::json::parse(text, nullptr, false);
-  if (!document.is_object()) return false;
-  const nlohmann::json values = document.flatten();
+  nlohmann::json document = nlohmann::json::parse(text, nullptr, false);
+  return document.is_object() ? std::move(document) : nullptr;
+}
+
+/// Adds the values of a scene by their paths. Numbers that are equal have the same text.
+void add_values(const nlohmann::json& document, const std::filesystem::path& folder,
+                const std::map<std::string, std::string>& options, Identity* identity) {
   const FrameRange frames = frames_of(document, options);
+  const nlohmann::json values = document.flatten();
   for (const auto& [place, value] : values.items()) {
     if (place.starts_with("/$schema") || place.starts_with("/expected")) continue;
-    if (!value.is_string())
+    if (value.is_number_float())
+      (*identity)[place] = fmt::format("{}", value.get<double>());
+    else if (!value.is_string())
       (*identity)[place] = json_text(value);
     else if (names_a_file(place))
-      (*identity)[place] = with_numbered_content(value.get<std::string>(), file.parent_path(), frames);
+      (*identity)[place] = with_numbered_content(value.get<std::string>(), folder, frames);
     else
       (*identity)[place] = value.get<std::string>();
   }
-  return true;
 }
 
 }  // namespace
 
-Identity identity_of(const std::filesystem::path& scene, const std::map<std::string, std::string>& options) {
+Identity identity_of(const std::filesystem::path& scene, const std::map<std::string, std::string>& options,
+                     std::span<const std::string> settings) {
   Identity identity;
   identity["version"] = version();
   for (const auto& [name, value] : options) identity[name] = name == "--environment" ? with_content(value, ".") : value;
+  std::error_code error;
+  const bool is_folder = std::filesystem::is_directory(scene, error);
+  const std::filesystem::path file = is_folder ? scene / "scene.json" : scene;
+  nlohmann::json document = document_of(file);
   if (scene == "-") {  // standard input can be read only once, so it is the scene of this picture alone
     std::random_device random;
     identity["scene"] = fmt::format("standard input, {:08x}{:08x}", random(), random());
-    return identity;
-  }
-  std::error_code error;
-  const bool is_folder = std::filesystem::is_directory(scene, error);
-  if (is_folder && !std::filesystem::exists(scene / "scene.json", error)) {
+  } else if (is_folder && !std::filesystem::exists(file, error)) {
     for (std::filesystem::directory_iterator at(scene, error), end; !error && at != end; at.increment(error))
       if (at->is_regular_file())
         identity["part " + at->path().filename().string()] = content_of(at->path()).value_or("unknown");
-    return identity;
-  }
-  if (!add_scene_values(is_folder ? scene / "scene.json" : scene, options, &identity))
+  } else if (document.is_null()) {
     identity["scene"] = "content " + content_of(scene).value_or("unknown");
+  }
+  if (document.is_null() && !settings.empty()) document["grooms"][0] = nlohmann::json::object();
+  if (const auto set = scene::set_keys(settings, &document); !set) {  // elements that a folder alone has
+    for (const std::string& text : settings) identity["--set " + text] = "given";
+  }
+  if (document.is_object()) add_values(document, file.parent_path(), options, &identity);
+  if (const auto samples = identity.extract("--spp")) identity["/image/samples"] = samples.mapped();
+  if (const auto size = identity.extract("--resolution")) {
+    const std::size_t by = size.mapped().find('x');
+    identity["/image/width"] = size.mapped().substr(0, by);
+    identity["/image/height"] = size.mapped().substr(by + 1);
+  }
   return identity;
 }
 

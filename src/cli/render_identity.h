@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,8 +19,10 @@ using Identity = std::map<std::string, std::string>;
 
 /// The identity of a scene file has every value under its JSON path. A text that is the name of a file gets the hash of
 /// its content; with ####, the hashes of the frames around the shutter. The identity of a bare groom has the hash of
-/// the file. options: options of the command that change the picture, by name.
-Identity identity_of(const std::filesystem::path& scene, const std::map<std::string, std::string>& options);
+/// the file. options: options of the command that change the picture, by name. settings: texts for scene::set_keys(),
+/// whose values stand under their paths as if the file had them.
+Identity identity_of(const std::filesystem::path& scene, const std::map<std::string, std::string>& options,
+                     std::span<const std::string> settings = {});
 
 /// Converts to JSON and back; parsing returns empty if the text is not a JSON object of strings.
 std::string identity_text(const Identity& identity);

@@ -98,12 +98,12 @@ class RenderJob {
 
     integrate::RenderOptions options = settings_.render;
     const SampleRange samples = samples_of(settings_, scene_);
-    options.roulette = roulette();
+    integrate::set_asked(scene_.integrator, rows_learn(), &options);
     options.first_sample = samples.from;
     options.samples = samples.to - samples.from;
     if (saved_ != nullptr) options.resume = &saved_->render;
     // If the samples are rendered in parts, each pixel has its own share, so that no two parts have the same.
-    options.adaptive = settings_.adaptive.value_or(settings_.stop.noise || settings_.stop.seconds) &&
+    options.adaptive = scene_.integrator.adaptive.value_or(settings_.stop.noise || settings_.stop.seconds) &&
                        !settings_.samples_from && !settings_.samples_to;
     options.mattes = counts_objects();
     options.audit = fibers_.audit();
@@ -142,7 +142,7 @@ class RenderJob {
           if (const integrate::Brightening* bias = integrate::StopRule::bias_of(pass); bias && end_.picture_error)
             end_.is_within_error = integrate::StopRule::is_within(*bias, *end_.picture_error);
           if (ahead.reason == nullptr && !deadline.passed()) checkpoint(pass, interrupt.requested());
-          if (settings_.part && !deadline.passed()) write_part(pass);
+          if (settings_.part && !deadline.passed()) write_part(pass, options);
           const auto save_layers = [&] { write_partial(pass, Partial::layers); };
           const bool goes_on = live_.after_pass(pass, ahead, interrupt.requested(), save_layers);
           if (!goes_on && ahead.reason == nullptr) end_.stopped_by = "page";
@@ -198,10 +198,6 @@ class RenderJob {
 
   bool rows_learn() const { return service_ != nullptr && settings_.cache_mode != CacheMode::frozen; }
 
-  integrate::Roulette roulette() const {
-    return integrate::roulette_or_usual(settings_.roulette, rows_learn(), settings_.render.deep_light);
-  }
-
   /// Freezes the table if requested, so that it answers every picture alike, whichever part of it is rendered.
   void freeze_if_asked() {
     if (settings_.cache_mode == CacheMode::frozen && cache_->loaded() == "loaded") service_->set_learning(false);
@@ -246,12 +242,12 @@ class RenderJob {
   }
 
   /// Writes the part after the last pass, while the film exists.
-  void write_part(const integrate::PassProgress& pass) {
+  void write_part(const integrate::PassProgress& pass, const integrate::RenderOptions& options) {
     if (pass.pass + 1 < pass.pass_count) return;
     PartHeader part = part_header_of(settings_, scene_, identity_, counts_objects());
     part.window = pass.film->window();
     part.table = service_ != nullptr ? adaptive::cache_hash(*service_->rows()) : "";
-    part.frozen = !rows_learn() && roulette() == integrate::Roulette::throughput;
+    part.frozen = !rows_learn() && options.roulette == integrate::Roulette::throughput;
     part_failed_ = write_saved_render(*settings_.part, identity_, to_json(part), pass, nullptr);
     if (!part_failed_) log_note(fmt::format("{}: part for tress merge", settings_.part->string()));
   }
@@ -400,9 +396,9 @@ int render_one(const RenderSettings& asked, TelemetryLines* shared, fiber::Model
     log_error(message);
     return 2;
   }
-  log_lost_medullas(*scene, settings.model);
+  log_model_lacks(*scene, settings.model);
   if (const int status = log_refusal(settings, *scene); status != 0) return status;
-  const Identity identity = identity_of(settings.scene, settings.given_options);
+  const Identity identity = identity_of(settings.scene, settings.given_options, settings.overrides.settings);
   std::optional<CheckpointSession> checkpoint;
   std::optional<SavedRender> saved;
   if (settings.checkpoint) {

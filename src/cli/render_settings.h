@@ -35,15 +35,13 @@ struct RenderSettings {
   bool keeps_halves = false;                       ///< whether integrate::half_layers are written
   bool denoise = false;                            ///< whether to filter at the end; `render` then has halves
   scene::Overrides overrides;
-  integrate::RenderOptions render;              ///< samples come from the scene, roulette from below
-  std::optional<integrate::Roulette> roulette;  ///< unset: learned if the model learns rows, else throughput
-  StopRule stop;                                ///< replaces the scene's samples
-  std::optional<bool> adaptive;                 ///< unset: if `stop` ends the render by noise or time
-  std::optional<int> threads;                   ///< unset: one per hardware thread that the process may use
-  std::string model{fiber::usual_model};        ///< one of fiber::models()
-  bool model_of_scene = false;                  ///< without --model: use that of the scene's materials
-  std::vector<fiber::AskedOption> asked;        ///< options that the model must support
-  std::optional<int> quadrature_points;         ///< for models that use them
+  integrate::RenderOptions render;        ///< samples and what Scene::integrator has come from the scene
+  StopRule stop;                          ///< replaces the scene's samples
+  std::optional<int> threads;             ///< unset: one per hardware thread that the process may use
+  std::string model{fiber::usual_model};  ///< one of fiber::models()
+  bool model_of_scene = false;            ///< without --model: use that of the scene's materials
+  std::vector<fiber::AskedOption> asked;  ///< options that the model must support
+  std::optional<int> quadrature_points;   ///< for models that use them
   fiber::Estimator estimator = fiber::Estimator::fitted;
   adaptive::Options table;
   std::optional<float> audited_share;  ///< share of the samples that measure the bias

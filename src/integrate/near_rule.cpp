@@ -69,13 +69,12 @@ void measure_closeness(NearOptions& options, const scene::Scene& scene, const ge
 
 float share_of(float closeness) { return std::clamp((closeness - loose) / (dense - loose), 0.0f, 1.0f); }
 
-std::optional<NearOptions::Where> near_named(std::string_view name) {
+void set_asked(const scene::Integrator& asked, NearOptions* near) {
   using Where = NearOptions::Where;
-  for (const auto& [word, where] : {std::pair<std::string_view, Where>{"nowhere", Where::nowhere},
-                                    {"touching", Where::touching},
-                                    {"everywhere", Where::everywhere}})
-    if (name == word) return where;
-  return std::nullopt;
+  near->pixels = asked.near_pixels.value_or(near->pixels);
+  if (asked.near == "nowhere" || !(near->pixels > 0)) near->where = Where::nowhere;
+  if (asked.near == "touching") near->where = Where::touching;
+  if (asked.near == "everywhere") near->where = Where::everywhere;
 }
 
 std::string words_of(const NearOptions& options) {
@@ -86,7 +85,8 @@ std::string words_of(const NearOptions& options) {
   for (const float close : options.closeness) most = std::max(most, close), share = std::max(share, share_of(close));
   const bool traces_touching = options.where == NearOptions::Where::touching;
   if (share > 0 && traces_touching) words += fmt::format(", and at {:.0f} % of the hits where they touch", 100 * share);
-  if (share > 0 && !traces_touching) words += "; fibers touch, where rows are too dark: --near touching traces them";
+  if (share > 0 && !traces_touching)
+    words += "; fibers touch, where rows are too dark: \"near\": \"touching\" traces them";
   if (!options.closeness.empty())
     words += fmt::format(" ({:.3g} % of the light that leaves one meets another within {:.4g} widths; {:.0f} count)",
                          100 * most, close_widths, 100 * loose);

@@ -2,9 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "geometry/fiber_scene.h"
@@ -29,8 +27,8 @@ struct NearOptions {
 /// and their next hits for touching (0.1 s of CPU), by a sixteenth of them for seen, which only says whether fibers
 /// touch. The same for every camera, seed and number of threads.
 void measure_closeness(NearOptions& options, const scene::Scene& scene, const geometry::FiberScene& fibers);
-/// The rule of that name: nowhere, touching or everywhere.
-std::optional<NearOptions::Where> near_named(std::string_view name);
+/// Sets where a scene says so.
+void set_asked(const scene::Integrator& asked, NearOptions* near);
 /// What the rule is in a scene, in words.
 std::string words_of(const NearOptions& options);
 

@@ -186,6 +186,17 @@ void learn_deeper(const Film& film, DeeperLight& deeper, PassProgress& progress)
 
 }  // namespace
 
+void set_asked(const scene::Integrator& asked, bool rows_learn, RenderOptions* options) {
+  options->max_depth = asked.max_depth.value_or(options->max_depth);
+  options->light_samples = asked.light_samples.value_or(options->light_samples);
+  options->bcsdf_samples = asked.bcsdf_samples.value_or(options->bcsdf_samples);
+  options->deep_light = asked.learns_deep_light() ? DeepLight::learned : DeepLight::traced;
+  options->deep_light_depth = asked.deep_light_depth.value_or(options->deep_light_depth);
+  const bool learns = asked.roulette ? asked.roulette == "learned" : rows_learn || asked.learns_deep_light();
+  options->roulette = learns ? Roulette::learned : Roulette::throughput;
+  set_asked(asked, &options->near);
+}
+
 RenderResult render(const scene::Scene& scene, const geometry::FiberScene& fibers, fiber::FiberModel& model,
                     const std::vector<fiber::FiberId>& fiber_ids, adaptive::Service* service,
                     const RenderOptions& options, const std::atomic<bool>& stop,

@@ -41,12 +41,6 @@ enum class Roulette { throughput, learned };
 /// are a bias, which is measured by paths that are still followed.
 enum class DeepLight { traced, learned };
 
-/// Returns `asked` if it is set; otherwise learned if rows or deep light learn. If nothing else learns, roulette does
-/// not learn either, so that separately rendered parts of a picture fit together.
-inline Roulette roulette_or_usual(const std::optional<Roulette>& asked, bool rows_learn, DeepLight deep_light) {
-  return asked.value_or(rows_learn || deep_light == DeepLight::learned ? Roulette::learned : Roulette::throughput);
-}
-
 /// The state of a render that was saved after a pass, from which a render goes on.
 struct RenderState {
   int passes = 0;
@@ -84,6 +78,10 @@ struct RenderOptions {
   /// must have been restored to the same pass. It must outlive the call.
   const RenderState* resume = nullptr;
 };
+
+/// Sets what a scene asks for. Where it does not name a roulette, it is learned if rows or deep light learn. If nothing
+/// else learns, roulette does not learn either, so that separately rendered parts of a picture fit together.
+void set_asked(const scene::Integrator& asked, bool rows_learn, RenderOptions* options);
 
 /// Size and cost of DeeperLight; zeros under Roulette::throughput.
 struct DeeperProgress {

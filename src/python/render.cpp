@@ -63,24 +63,8 @@ RenderRequest request_of(const Arguments& given, std::optional<int> frame) {
   if (const auto mb = given.number<std::uint64_t>("table_memory", "--table-memory"))
     request.table.memory_bytes = static_cast<std::size_t>(*mb) << 20;
   render.seed = given.number<std::uint64_t>("seed", "--seed").value_or(static_cast<std::uint64_t>(frame.value_or(0)));
-  if (const auto rule = given.value<std::string>("roulette")) {
-    if (*rule != "learned" && *rule != "throughput")
-      throw Raised({"", "roulette", "one of learned, throughput", "\"" + *rule + "\""});
-    request.roulette = *rule == "learned" ? integrate::Roulette::learned : integrate::Roulette::throughput;
-  }
-  if (const auto way = given.value<std::string>("deep_light")) {
-    if (*way != "learned" && *way != "traced")
-      throw Raised({"", "deep_light", "one of learned, traced", "\"" + *way + "\""});
-    render.deep_light = *way == "learned" ? integrate::DeepLight::learned : integrate::DeepLight::traced;
-  }
-  render.deep_light_depth =
-      given.number<int>("deep_light_depth", "--deep-light-depth").value_or(render.deep_light_depth);
-  render.light_samples = given.number<int>("light_samples", "--light-samples").value_or(render.light_samples);
-  render.bcsdf_samples = given.number<int>("bcsdf_samples", "--bcsdf-samples").value_or(render.bcsdf_samples);
-  render.max_depth = given.number<int>("max_depth", "--max-depth").value_or(render.max_depth);
   request.noise = given.number<double>("noise", "--noise");
   request.seconds = given.number<double>("seconds", "--time");
-  render.adaptive = given.value<bool>("adaptive").value_or(request.noise || request.seconds);
   render.mattes = given.value<bool>("mattes").value_or(true);
   for (const std::string& name : given.value<std::vector<std::string>>("layers").value_or(std::vector<std::string>())) {
     if (!render.data.ask(name))
@@ -98,15 +82,6 @@ RenderRequest request_of(const Arguments& given, std::optional<int> frame) {
   if (const auto mb = given.number<double>("cache_limit", "--cache-limit"))
     request.cache_limit = static_cast<std::uint64_t>(*mb * double(1 << 20));
   if (given.has("learner")) request.asked.push_back({"learner", fiber::Asks::mixtures});
-  if (given.is_text("near")) {
-    const auto name = *given.value<std::string>("near");
-    const auto where = integrate::near_named(name);
-    if (!where) throw Raised({"", "near", "nowhere, touching, everywhere, or a number", "\"" + name + "\""});
-    render.near.where = *where;
-  } else if (const auto pixels = given.number<float>("near", "--near")) {
-    render.near.pixels = *pixels;
-    if (!(*pixels > 0)) render.near.where = integrate::NearOptions::Where::nowhere;
-  }
   if (given.has("near")) request.asked.push_back({"near", fiber::Asks::samples});
   for (const char* name : {"epsilon", "picture_error", "table_memory"})
     if (given.has(name)) request.asked.push_back({name, fiber::Asks::rows});
@@ -116,13 +91,38 @@ RenderRequest request_of(const Arguments& given, std::optional<int> frame) {
   return request;
 }
 
+/// The keywords that are keys of the scene, as texts for scene::set_keys().
+std::vector<std::string> settings_of(const Arguments& given) {
+  std::vector<std::string> settings;
+  for (const scene::Parameter& parameter : scene::parameters()) {
+    const bool is_keyword = parameter.key.starts_with("/integrator/") || parameter.key == "/image/least_width" ||
+                            parameter.key == "/image/curve_error";
+    const std::string name(parameter.key.substr(parameter.key.rfind('/') + 1)), option(parameter.option);
+    if (!is_keyword || !given.has(name.c_str())) continue;
+    std::string value;
+    if (parameter.kind == scene::ValueKind::choice || given.is_text(name.c_str())) {
+      value = *given.value<std::string>(name.c_str());
+      const std::vector<std::string> choices = scene::choices_of(parameter);
+      if (std::ranges::find(choices, value) == choices.end())
+        throw Raised({"", name, fmt::format("one of {}", fmt::join(choices, ", ")), "\"" + value + "\""});
+    } else if (parameter.kind == scene::ValueKind::flag) {
+      value = *given.value<bool>(name.c_str()) ? "true" : "false";
+    } else if (parameter.kind == scene::ValueKind::whole) {
+      value = std::to_string(*given.number<int>(name.c_str(), option.c_str()));
+    } else {
+      value = fmt::format("{}", *given.number<double>(name.c_str(), option.c_str()));
+    }
+    settings.push_back(fmt::format("{}={}", parameter.key, value));
+  }
+  return settings;
+}
+
 scene::Overrides overrides_of(const Arguments& given) {
   scene::Overrides overrides;
   overrides.samples = given.number<int>("samples", "--spp");
   overrides.width = given.number<int>("width", "--resolution");
   overrides.height = given.number<int>("height", "--resolution");
-  overrides.least_width_px = given.number<float>("least_width", "--least-width");
-  overrides.curve_error_px = given.number<float>("curve_error", "--curve-error");
+  overrides.settings = settings_of(given);
   overrides.frame = given.number<int>("frame", "--frame");
   return overrides;
 }

@@ -46,12 +46,8 @@ std::optional<Error> contradiction(const scene::Scene& scene, const RenderReques
     return Error{"", refused->name, refused->expected,
                  fmt::format("{}{}: give model={}, or leave it away", info.name,
                              request.model ? "" : ", the model of the scene's materials", refused->remedy)};
-  if (request.render.deep_light == integrate::DeepLight::learned) {
-    if (request.roulette == integrate::Roulette::throughput)
-      return Error{"", "deep_light", "traced with roulette throughput, which learns no light", "learned"};
-    if (!scene::light_groups(scene).empty())
-      return Error{"", "deep_light", "traced in a scene whose lights have a group", "learned"};
-  }
+  if (scene.integrator.learns_deep_light() && !scene::light_groups(scene).empty())
+    return Error{"", "deep_light", "traced in a scene whose lights have a group", "learned"};
   const std::vector<std::string> modes{"append", "frozen", "scratch", "require"};
   if (std::ranges::find(modes, request.cache_mode) == modes.end())
     return Error{"", "cache_mode", "one of append, frozen, scratch, require", "\"" + request.cache_mode + "\""};
@@ -190,9 +186,10 @@ Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& r
   integrate::StopRule rule{request.seconds, request.noise};
   if (request.table.picture_error > 0) rule.picture_error = request.table.picture_error;
   options.samples = rule.samples(scene.image.samples);
+  options.adaptive = scene.integrator.adaptive.value_or(request.noise || request.seconds);
+  integrate::set_asked(scene.integrator, has_rows && !is_frozen, &options);
   if (!model->evaluates() && !model->estimates()) options.light_samples = 0;
   options.halves = request.denoise;
-  options.roulette = integrate::roulette_or_usual(request.roulette, has_rows && !is_frozen, options.deep_light);
   const geometry::FiberScene strands(scene);
   if (!fiber::has(info, fiber::Asks::samples)) options.near.where = integrate::NearOptions::Where::nowhere;
   if (options.near.where == integrate::NearOptions::Where::touching)

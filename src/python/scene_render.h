@@ -22,8 +22,7 @@ struct RenderRequest {
   std::optional<std::string> model;       ///< unset: the model for the scene's materials, fiber::default_model()
   std::vector<fiber::AskedOption> asked;  ///< options that the model must support
   fiber::Estimator estimator = fiber::Estimator::fitted;
-  integrate::RenderOptions render;              ///< its samples come from the scene, its roulette from below
-  std::optional<integrate::Roulette> roulette;  ///< unset: learned if the model learns rows, else throughput
+  integrate::RenderOptions render;  ///< samples and what Scene::integrator has come from the scene
   adaptive::Options table;
   std::optional<double> noise;    ///< stops once the picture has at most this noise
   std::optional<double> seconds;  ///< stops before a pass that would end later

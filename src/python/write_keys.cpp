@@ -13,9 +13,9 @@ namespace tress::scene {
 namespace {
 
 constexpr std::pair<const char*, const char*> objects[] = {
-    {"CameraKeys", "/camera"},  {"ImageKeys", "/image"},   {"EnvironmentKeys", "/environment"},
-    {"LightKeys", "/lights/N"}, {"MeshKeys", "/meshes/N"}, {"MaterialKeys", "/materials/N"},
-    {"GroomKeys", "/grooms/N"}};
+    {"CameraKeys", "/camera"},           {"ImageKeys", "/image"},    {"IntegratorKeys", "/integrator"},
+    {"EnvironmentKeys", "/environment"}, {"LightKeys", "/lights/N"}, {"MeshKeys", "/meshes/N"},
+    {"MaterialKeys", "/materials/N"},    {"GroomKeys", "/grooms/N"}};
 
 constexpr std::string_view head =
     R"("""Keys of a scene file: made by the build from the table of parameters, src/scene/model/parameters.cpp."""
@@ -41,6 +41,8 @@ const char* type_of(ValueKind kind) {
       return "Keys";
     case ValueKind::either:
       return "Union[Triple, str]";
+    case ValueKind::number_or_choice:
+      return "Union[float, str]";
     case ValueKind::choice:
     case ValueKind::text:
       return "str";

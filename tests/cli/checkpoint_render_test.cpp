@@ -281,6 +281,7 @@ TEST_F(Checkpoints, FramesAreSkippedWhereTheyAreFinished) {
   EXPECT_THAT(other.err, HasSubstr("3 frames: 3 rendered, 0 finished before"));
   const std::string lines = read_text(path("frames.jsonl"));
   for (const char* frame : {"\"frame\":1", "\"frame\":2", "\"frame\":3"}) EXPECT_THAT(lines, HasSubstr(frame));
+  EXPECT_THAT(frames("1-3", {"--set", "integrator/max_depth=3"}).err, HasSubstr("3 finished before")) << "the same key";
   EXPECT_EQ(run({"render", path("scene.json"), "-o", path("f.exr"), "--frames", "1-3"}).status, 2);
 }
 
@@ -326,7 +327,7 @@ TEST_F(Checkpoints, PartsOfOneFrozenTableAreThePictureOfOneRender) {
   part("other", {"--samples-from", "2", "--max-depth", "9"});
   refused = run({"merge", path("a"), path("other"), "-o", path("no.exr")});
   EXPECT_EQ(refused.status, 1);
-  EXPECT_THAT(refused.err, HasSubstr("--max-depth: expected nothing, found 9"));
+  EXPECT_THAT(refused.err, HasSubstr("/integrator/max_depth: expected nothing, found 9"));
   EXPECT_FALSE(fs::exists(path("no.exr")));
 }
 

@@ -68,14 +68,14 @@ TEST_F(DeepLight, RefusesByNameWhatCannotBeAnswered) {
   write_scene(R"(, "group": "key")");
   const Outcome groups = rendered("groups", {"--deep-light", "learned"});
   EXPECT_EQ(groups.status, 2);
-  EXPECT_THAT(groups.err, HasSubstr("--deep-light: expected traced in a scene whose lights have a `group`"));
+  EXPECT_THAT(groups.err, HasSubstr("/integrator/deep_light: expected traced in a scene whose lights have a `group`"));
   EXPECT_FALSE(fs::exists(path("groups.exr")));
   write_scene("");
   const Outcome rule = rendered("rule", {"--deep-light", "learned", "--roulette", "throughput"});
-  EXPECT_EQ(rule.status, 2);
-  EXPECT_THAT(rule.err, HasSubstr("--deep-light: expected traced with --roulette throughput"));
+  EXPECT_EQ(rule.status, 1);
+  EXPECT_THAT(rule.err, HasSubstr("/integrator/deep_light: expected traced with roulette throughput"));
   EXPECT_EQ(rendered("depth", {"--deep-light", "learned", "--deep-light-depth", "1"}).status, 2);
-  EXPECT_EQ(rendered("alone", {"--deep-light-depth", "3"}).status, 2);
+  EXPECT_EQ(rendered("alone", {"--deep-light-depth", "3"}).status, 1);
 }
 
 }  // namespace

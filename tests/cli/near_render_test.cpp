@@ -153,7 +153,7 @@ TEST_F(TouchingFibers, AreTheSameForAnyNumberOfThreads) {
     EXPECT_TRUE(one.channels[i].pixels == two.channels[i].pixels) << one.channels[i].name;
   EXPECT_THAT(one.metadata.at("near"), HasSubstr("of the hits where they touch"));
   EXPECT_THAT(usual.metadata.at("near"),
-              HasSubstr("fibers touch, where rows are too dark: --near touching traces them"));
+              HasSubstr("fibers touch, where rows are too dark: \"near\": \"touching\" traces them"));
 }
 
 // A column is the mean of 8,192 samples of the truth, by 256 x 32 of ours; reported noise of a pixel of 256 samples is
@@ -169,6 +169,13 @@ TEST_F(Near, AsksForAModelThatTracesItsFibers) {
       run({"render", path("scene.json"), "-o", path("a.exr"), "--quiet", "--near", "2", "--model", "elliptical"});
   EXPECT_EQ(outcome.status, 2);
   EXPECT_THAT(outcome.err, HasSubstr("--near: expected a model with rows that can trace its fibers"));
+}
+
+TEST_F(Near, WarnsOfAKeyThatTheModelLeavesOut) {
+  const Outcome outcome = run({"render", path("scene.json"), "-o", path("a.exr"), "--spp", "1", "--set",
+                               "integrator/near=touching", "--model", "elliptical"});
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("/integrator/near: left out by model elliptical"));
 }
 
 TEST_F(Near, LeavesThePictureOfNarrowFibersAsItIs) {

@@ -42,6 +42,22 @@ TEST_F(RenderIdentity, HasTheContentOfEveryTileOfATexture) {
   EXPECT_NE(two, of_scene(scene).at(place));
 }
 
+/// Values of the file, of --set and of the options that it has replaced are one, whichever gave them.
+TEST_F(RenderIdentity, IsOfValuesHoweverTheyWereGiven) {
+  const std::string grooms = R"("grooms": [{"generate": "single_fiber"}])";
+  const cli::Identity in_file =
+      of_scene(R"({"image": {"exposure": 1}, "integrator": {"max_depth": 8, "near": 2}, )" + grooms + "}");
+  of_scene("{" + grooms + "}");
+  const std::vector<std::string> settings{"image/exposure=1.0", "integrator/max_depth=8", "integrator/near=2.0"};
+  EXPECT_EQ(cli::identity_of(path("scene.json"), {}, settings), in_file);
+  const cli::Identity by_options = cli::identity_of(path("scene.json"), {{"--spp", "8"}, {"--resolution", "64x48"}});
+  EXPECT_EQ(of_scene(R"({"image": {"width": 64, "height": 48, "samples": 8}, )" + grooms + "}"), by_options);
+  write_text(path("bare.hair"), "strands");
+  const cli::Identity bare = cli::identity_of(path("bare.hair"), {}, settings);
+  EXPECT_EQ(bare.at("/integrator/max_depth"), "8");
+  EXPECT_TRUE(bare.contains("scene"));
+}
+
 /// A text that happens to be the name of a file beside the scene is that text: parts whose folders hold other files of
 /// that name are of one picture.
 TEST_F(RenderIdentity, TakesOtherTextsForWhatTheyAre) {

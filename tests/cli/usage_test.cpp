@@ -210,13 +210,33 @@ TEST_F(Usage, ValuesOutOfRangeAreNamedWithTheRange) {
   }
 }
 
+TEST_F(Usage, OptionsThatSetReplacesNameTheirKeys) {
+  const Outcome help = run({"help", "render"});
+  const auto expect_named = [&](const std::vector<std::string>& given, const std::string& key) {
+    std::vector<std::string> words{"render", path("none.json"), "-o", path("a.exr")};
+    words.insert(words.end(), given.begin(), given.end());
+    EXPECT_THAT(run(words).err, HasSubstr(given[0] + " works until version 0.4: write --set '" + key + "'"));
+    EXPECT_THAT(help.out, Not(HasSubstr(given[0] + " ")));
+  };
+  expect_named({"--max-depth", "8"}, "integrator/max_depth=8");
+  expect_named({"--near", "touching"}, "integrator/near=touching");
+  expect_named({"--near", "1.50"}, "integrator/near=1.5");
+  expect_named({"--transparent"}, "image/transparent=true");
+  expect_named({"--adaptive", "off"}, "integrator/adaptive=false");
+  expect_named({"--rotate", "30"}, "environment/rotate_deg=30");
+  expect_named({"--view", "agx"}, "image/view=agx");
+  expect_named({"--shutter", "0,.5"}, R"(camera/shutter={"open":0,"close":0.5})");
+  expect_named({"--roughness", "0.3"}, "materials/*/roughness=0.3");
+  expect_named({"--widths", "clamp"}, "grooms/*/widths=clamp");
+  EXPECT_THAT(help.out, HasSubstr("--set "));
+}
+
 TEST_F(Usage, OptionsThatContradictEachOtherAreRefused) {
   expect_wrong({"render", "a.json", "-o", "a.exr", "--color", ".5,.5,.5", "--melanin", "1"}, "--melanin");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--spp", "4", "--time", "1"}, "--spp");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--noise", ".1", "--time", "1"}, "--noise");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--noise", ".1", "--spp", "4"}, "--spp");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--cache-mode", "frozen"}, "--warm-cache");
-  expect_wrong({"render", "a.json", "-o", "a.exr", "--rotate", "10"}, "--environment");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--model", "exact", "--estimator", "fitted"}, "--model exact");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--quadrature-points", "10"}, "--quadrature-points");
   expect_wrong({"render", "a.json", "-o", "a.exr", "--quadrature-points", "0"}, "1..65536");

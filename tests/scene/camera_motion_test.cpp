@@ -186,7 +186,7 @@ TEST(LoadScene, TurnsACameraThatItPlacesAndNoOther) {
   const auto file = std::filesystem::path(testing::TempDir()) / "tress_turn.json";
   std::ofstream(file) << "{" << groom << "}";
   Overrides overrides;
-  overrides.turn_deg = 90;
+  overrides.settings = {"camera/turn_deg=90"};
   const auto scene = load_scene(file, overrides);
   std::ofstream(file) << R"({"camera": {"eye": [0, -60, 0]}, )" << groom << "}";
   const auto placed = load_scene(file, overrides);
@@ -194,7 +194,7 @@ TEST(LoadScene, TurnsACameraThatItPlacesAndNoOther) {
   ASSERT_TRUE(scene) << scene.error().message();
   EXPECT_GT(scene->camera.eye.x - scene->camera.look_at.x, 1);
   ASSERT_FALSE(placed);
-  EXPECT_EQ(placed.error().place, "--turn");
+  EXPECT_EQ(placed.error().place, "/camera/turn_deg");
 }
 
 TEST(LoadScene, TakesTheCameraOfTheFrame) {

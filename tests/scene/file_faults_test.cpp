@@ -241,7 +241,7 @@ TEST(FileFaults, UsdVaryingTopology) {
   EXPECT_EQ(read("vary.usda", 2.0).strand_count(), 1u);
   Overrides overrides;
   overrides.frame = 1;
-  overrides.shutter = {0.0, 1.0};
+  overrides.settings = {R"(camera/shutter={"open": 0, "close": 1})"};
   const auto scene = load_scene(fault("vary.usda"), overrides);
   ASSERT_TRUE(scene) << scene.error().message();
   EXPECT_THAT(scene->notes, Contains(HasSubstr("strands stand still while the shutter is open")));

@@ -176,10 +176,10 @@ TEST(GroomFormats, PbrtSaysItsMaterialInTheWordsOfTheCommandLine) {
 
 TEST(GroomFormats, PbrtsMaterialsAreListedOnceTheirColorsAreRead) {
   const std::pair<std::string, std::string> materials[] = {
-      {R"("float eumelanin" [ 0.3 ])", "hair: --melanin 0.3,0 --eccentricity 1; eta 1.55"},
-      {R"("rgb reflectance" [ 0.5 0.25 0.125 ])", "hair: --color 0.5,0.25,0.125 --eccentricity 1"},
-      {"", "hair: --melanin 1.3,0 --eccentricity 1"},
-      {R"("spectrum sigma_a" [ 400 0.1 700 0.2 ])", "hair: a color that is not rgb, which is not read; --ecc"},
+      {R"("float eumelanin" [ 0.3 ])", "hair: --melanin 0.3,0 --set 'materials/*/eccentricity=1'; eta 1.55"},
+      {R"("rgb reflectance" [ 0.5 0.25 0.125 ])", "hair: --color 0.5,0.25,0.125 --set 'materials/*/eccentricity=1'"},
+      {"", "hair: --melanin 1.3,0 --set 'materials/*/eccentricity=1'"},
+      {R"("spectrum sigma_a" [ 400 0.1 700 0.2 ])", "hair: a color that is not rgb, which is not read; --set"},
       {R"("texture reflectance" "roots")", "hair: a color that is not rgb"}};
   for (const auto& [said, listed] : materials) {
     const fs::path file = fs::path(::testing::TempDir()) / "tress_material.pbrt";

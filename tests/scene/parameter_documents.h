@@ -33,6 +33,8 @@ inline std::string values_as_text(const Parameter& parameter) {
         return fmt::format("`{}`, each 3 of {}", parameter.choices, range);
       case ValueKind::either:
         return fmt::format("3 of {}, or `{}`", range, parameter.choices);
+      case ValueKind::number_or_choice:
+        return fmt::format("{}, or `{}`", range, parameter.choices);
       case ValueKind::choice:
         return fmt::format("`{}`", parameter.choices);
       case ValueKind::text:
@@ -55,7 +57,7 @@ inline bool shapes_a_generated_groom(const Parameter& parameter) {
 /// Keys of a scene file; of keys in the same object the first has the whole path. Keys without options of one object
 /// that have the same values, default and sentence are one row.
 inline std::string scene_keys_as_markdown() {
-  std::string table = "| key, option | value; default | meaning |\n|---|---|---|\n", row, rest;
+  std::string table = "| key, option: value; default | meaning |\n|---|---|\n", row, rest;
   std::string_view before;
   for (const Parameter& parameter : parameters()) {
     if (parameter.key.empty() || shapes_a_generated_groom(parameter)) continue;
@@ -63,9 +65,9 @@ inline std::string scene_keys_as_markdown() {
     const bool same = !object.empty() && object == before, left_out = parameter.sentence == "left out";
     before = object;
     const std::string usual = parameter.usual.empty() ? "" : fmt::format("; {}", parameter.usual);
-    const std::string next =
-        left_out ? " | | left out with a warning |\n"
-                 : fmt::format(" | {}{} | {} |\n", values_as_text(parameter), usual, parameter.sentence);
+    const std::string next = left_out
+                                 ? " | left out with a warning |\n"
+                                 : fmt::format(": {}{} | {} |\n", values_as_text(parameter), usual, parameter.sentence);
     if (same && next == rest && parameter.option.empty()) {
       row += fmt::format(", `{}`", key.substr(object.size()));
       continue;
@@ -135,6 +137,9 @@ inline nlohmann::ordered_json rule_of(const Parameter& parameter) {
     case ValueKind::only_true:
       rule = {{"const", true}};
       break;
+    case ValueKind::number_or_choice:
+      rule["oneOf"] = {number, {{"enum", choices_of(parameter)}}};
+      break;
     case ValueKind::choice:
       rule["enum"] = choices_of(parameter);
       break;
@@ -167,7 +172,13 @@ inline int describe_values(nlohmann::ordered_json* node, const std::string& plac
   if (node->value("type", "") == "object") {
     for (const std::string& key : keys_at(place)) {
       const Parameter* parameter = parameter_at(place + "/" + key);
-      if (parameter == nullptr || (*node)["properties"].contains(key)) continue;
+      if ((*node)["properties"].contains(key)) continue;
+      if (parameter == nullptr) {
+        if (!keys_at(place + "/" + key).empty())
+          (*node)["properties"][key] = {
+              {"type", "object"}, {"additionalProperties", false}, {"properties", nlohmann::ordered_json::object()}};
+        continue;
+      }
       if (auto rule = rule_of(*parameter); !rule.is_null()) (*node)["properties"][key] = std::move(rule);
     }
     for (auto& [key, property] : (*node)["properties"].items())

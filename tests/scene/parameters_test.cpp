@@ -102,7 +102,6 @@ TEST(Parameters, OptionsOverASceneTakeTheEndsOfTheirRangesAndNothingBeyond) {
   const auto file = scenes() / "furnace.json";
   using Set = void (*)(Overrides&, double);
   const std::vector<std::pair<const char*, Set>> options{
-      {"--rotate", [](Overrides& o, double x) { o.environment_rotate_deg = x; }},
       {"--color", [](Overrides& o, double x) { o.color = glm::vec3(static_cast<float>(x)); }},
       {"--melanin", [](Overrides& o, double x) { o.melanin = {0.0f, static_cast<float>(x)}; }},
       {"--sigma-a", [](Overrides& o, double x) { o.sigma_a = glm::vec3(0, 0, static_cast<float>(x)); }},

@@ -73,6 +73,30 @@ TEST(SetKeys, ErrorsNameTheSetting) {
   }
 }
 
+TEST(SetKeys, AreSetInTheEnvironmentThatReplacesTheScenes) {
+  Overrides overrides;
+  overrides.environment_file = "no/such/\xff.exr";
+  overrides.settings = {"environment/scale=0.5"};
+  EXPECT_THAT(load_scene(fixture("same.hair"), overrides).error().file, HasSubstr("no/such/\xff.exr"));
+  overrides.settings = {"environment/constant=[1,1,1]"};
+  EXPECT_THAT(load_scene(fixture("same.hair"), overrides).error().message(), HasSubstr("/environment"));
+}
+
+TEST(SetKeys, TheIntegratorHasItsKeys) {
+  const auto scene = parse_set({"integrator/max_depth=8", "integrator/roulette=throughput", "integrator/near=1.5"});
+  ASSERT_TRUE(scene) << scene.error().message();
+  EXPECT_EQ(scene->integrator.max_depth, 8);
+  EXPECT_EQ(scene->integrator.roulette, "throughput");
+  EXPECT_EQ(scene->integrator.near_pixels, 1.5f);
+  EXPECT_EQ(parse_set({"integrator/near=touching"})->integrator.near, "touching");
+  EXPECT_THAT(fault_of_setting({"integrator/near=nearby"}),
+              HasSubstr("/integrator/near: expected one of nowhere, touching, everywhere"));
+  EXPECT_THAT(fault_of_setting({"integrator/max_depth=0"}), HasSubstr("expected a whole number, 1..4096"));
+  EXPECT_THAT(fault_of_setting({"integrator/deep_light_depth=3"}), HasSubstr("beside \"deep_light\""));
+  EXPECT_THAT(fault_of_setting({"integrator/deep_light=learned", "integrator/roulette=throughput"}),
+              HasSubstr("expected traced with roulette throughput"));
+}
+
 TEST(SetKeys, ABareFileOfStrandsHasOneMaterialAndOneGroom) {
   Overrides overrides;
   overrides.settings = {"materials/0/roughness=0.31", "grooms/0/translate=[0,0,5]", "image/curve_error=0.5"};

@@ -310,8 +310,7 @@ TEST(FileInstances, MoveWithTheirTimeSamples) {
   EXPECT_NEAR(glm::distance(second.point(own), root + glm::vec3(5, 0, 20)), 0, 1e-5f);
 
   overrides.frame = 0;
-  overrides.shutter = {0.0, 1.0};
-  overrides.motion_samples = 3;
+  overrides.settings = {R"(camera/shutter={"open": 0, "close": 1})", "camera/motion_samples=3"};
   const Scene open = loaded(written("m.usda", text), overrides);
   ASSERT_EQ(open.grooms[0].instances.size(), 2u);
   EXPECT_TRUE(open.grooms[0].later.empty()) << "the strands themselves rest";
@@ -331,7 +330,7 @@ TEST(FileInstances, OfPrimsThatReferMoveAsThePrimsDo) {
                     prototype = "over \"P\" {\n" + curves("h", tuft(19, 2)) + "}\n";
   Overrides overrides;
   overrides.frame = 0;
-  overrides.shutter = {0.0, 1.0};
+  overrides.settings = {R"(camera/shutter={"open": 0, "close": 1})"};
   const Scene one = loaded(written("one.usda", usda + moving + prototype), overrides);
   EXPECT_TRUE(one.grooms[0].instances.empty()) << "it is drawn once";
   ASSERT_EQ(one.grooms[0].later.size(), 1u);
@@ -354,7 +353,7 @@ TEST(FileInstances, ThatGoWithinTheShutterRest) {
       curves("A", tuft(9, 2)) + "}\n";
   Overrides overrides;
   overrides.frame = 0;
-  overrides.shutter = {0.0, 1.0};
+  overrides.settings = {R"(camera/shutter={"open": 0, "close": 1})"};
   const Scene scene = loaded(written("g.usda", text), overrides);
   ASSERT_EQ(scene.grooms[0].instances.size(), 3u);
   for (const Instance& instance : scene.grooms[0].instances) EXPECT_TRUE(instance.later.empty());
@@ -388,7 +387,7 @@ TEST(FileInstances, OfNumberedFilesAreCopies) {
                                frame, curves("A", tuft(18, 2))));
   Overrides overrides;
   overrides.frame = 1;
-  overrides.shutter = {0.0, 1.0};
+  overrides.settings = {R"(camera/shutter={"open": 0, "close": 1})"};
   const Scene scene =
       loaded(written("n.json", R"({"camera": {"frame": true}, "grooms": [{"file": "n.####.usda"}]})"), overrides);
   ASSERT_EQ(scene.grooms.size(), 1u);
@@ -550,7 +549,7 @@ TEST(FileInstances, OfAlembicShareTheirStrands) {
   overrides.cm_per_unit = 1;
   overrides.y_up = false;
   overrides.frame = 0;
-  overrides.shutter = {0.0, 1.0};
+  overrides.settings = {R"(camera/shutter={"open": 0, "close": 1})"};
   const Scene scene = loaded(fixture("instances.abc"), overrides);
   const std::vector<Strand> own{{{{0, 0, 0}, {0, 0, 5}}, 0.0625}, {{{1, 0, 0}, {1, 0, 2}, {1, 1, 5}}, 0.0625}};
   const glm::dmat4 up = glm::translate(glm::dmat4(1.0), {0, 0, 1});

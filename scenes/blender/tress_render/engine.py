@@ -178,7 +178,7 @@ def options_of(scene, window, is_animation=False, has_only_nodes_own_lobes=False
     settings, render = scene.tress, scene.render
     options = ["--noise", repr(settings.noise)] if settings.stop == "NOISE" else ["--spp", str(settings.samples)]
     options = [*options, "--seed", str(settings.seed + (scene.frame_current if settings.seed_by_frame else 0)),
-               "--max-depth", str(settings.max_depth)]
+               "--set", f"integrator/max_depth={settings.max_depth}"]
     if settings.denoise:
         options.append("--denoise")
     if settings.model != "default":

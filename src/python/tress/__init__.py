@@ -8,7 +8,7 @@ Everything that takes long runs without the GIL, and Ctrl-C ends it.
 from ._tress import Error, FileFailed, FileMissing, InvalidCall, InvalidIndex, InvalidValue, __version__, models
 from .arrays import Strands, Triangles, read_groom
 from .fibers import LOBES, Bcsdf, Drawn, fit
-from .objects import Camera, Environment, Groom, Image, Light, Material, Mesh, Scene
+from .objects import Camera, Environment, Groom, Image, Integrator, Light, Material, Mesh, Scene
 from .pictures import Picture, compare, read_exr
 from .rendering import Progress, render
 from .services import STATES, Answer, PassReport, SampledTarget, Service, Slice, Target
@@ -24,6 +24,7 @@ __all__ = [
     "FileMissing",
     "Groom",
     "Image",
+    "Integrator",
     "InvalidCall",
     "InvalidIndex",
     "InvalidValue",

@@ -21,6 +21,7 @@ from .scene_keys import (
     EnvironmentKeys,
     GroomKeys,
     ImageKeys,
+    IntegratorKeys,
     LightKeys,
     MaterialKeys,
     MeshKeys,
@@ -35,6 +36,11 @@ class Camera(CameraKeys):
 @dataclass(kw_only=True, slots=True)
 class Image(ImageKeys):
     """The size of the picture, samples a pixel, and what its preview looks like."""
+
+
+@dataclass(kw_only=True, slots=True)
+class Integrator(IntegratorKeys):
+    """How light is followed."""
 
 
 @dataclass(kw_only=True, slots=True)
@@ -78,6 +84,7 @@ class Scene(Keyed):
 
     camera: Optional[Camera] = None
     image: Optional[Image] = None
+    integrator: Optional[Integrator] = None
     environment: Optional[Environment] = None
     environment_visible: Optional[bool] = None
     lights: list[Light] = field(default_factory=list)
@@ -98,7 +105,7 @@ class Scene(Keyed):
     @classmethod
     def from_keys(cls, keys: Keys) -> Scene:
         scene = super(Scene, cls).from_keys(keys)
-        kinds = {"camera": Camera, "image": Image, "environment": Environment}
+        kinds = {"camera": Camera, "image": Image, "integrator": Integrator, "environment": Environment}
         for name, kind in kinds.items():
             if isinstance(getattr(scene, name), Mapping):
                 setattr(scene, name, kind.from_keys(getattr(scene, name)))
@@ -120,7 +127,7 @@ class Scene(Keyed):
             return name
 
         keys: dict[str, Any] = {}
-        for item in ("camera", "image", "environment_visible", "expected"):
+        for item in ("camera", "image", "integrator", "environment_visible", "expected"):
             value = getattr(self, item)
             if value is not None:
                 keys[item] = value.keys() if isinstance(value, Keyed) else plain(value)

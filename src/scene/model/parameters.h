@@ -31,8 +31,20 @@ struct Range {
 };
 
 /// The type of a value. If numbers are by name, `choices` are the names and the value is an object. `either`: three
-/// numbers, or one of the choices.
-enum class ValueKind { number, whole, triple, numbers_by_name, triples_by_name, either, choice, text, flag, only_true };
+/// numbers, or one of the choices. number_or_choice: one number, or one of the choices.
+enum class ValueKind {
+  number,
+  whole,
+  triple,
+  numbers_by_name,
+  triples_by_name,
+  either,
+  number_or_choice,
+  choice,
+  text,
+  flag,
+  only_true
+};
 
 struct Parameter {
   std::string_view key;     ///< in a scene file, with N for every index, "/materials/N/eta"; empty: none

@@ -54,6 +54,18 @@ struct Image {
   bool transparent = false;     ///< whether beauty leaves out the background; else Scene::environment_visible decides
 };
 
+/// What a scene says of how light is followed (integrate::set_asked()). Texts are choices of the table of parameters.
+struct Integrator {
+  std::optional<int> max_depth, light_samples, bcsdf_samples;
+  std::optional<std::string> roulette, deep_light;
+  std::optional<int> deep_light_depth;
+  std::optional<std::string> near;  ///< a choice, or else `near_pixels`
+  std::optional<float> near_pixels;
+  std::optional<bool> adaptive;
+
+  bool learns_deep_light() const { return deep_light == "learned"; }
+};
+
 /// The differences of strands of one material: half ranges of uniform deviations with mean 0 (strand_fibers.h).
 struct StrandVariation {
   float eccentricity = 0;  ///< absolute
@@ -359,6 +371,7 @@ struct Scene {
   std::vector<Camera> camera_moments;  ///< at the moments of the shutter; empty if it does not move
   std::optional<NextFrame> next;       ///< set in every frame of a scene that has keyframes or a turntable
   Image image;
+  Integrator integrator;
   Environment environment;
   /// The rotation of the environment at each moment of the shutter since its opening, counter-clockwise from above;
   /// empty if it does not turn.

@@ -15,7 +15,6 @@
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <tuple>
 
 #include "base/numbered_file.h"
 #include "scene/generate/generated_environments.h"
@@ -51,17 +50,7 @@ Result<SceneDescription> describe_groom(const std::filesystem::path& file, const
 }
 
 std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) {
-  using Kind = EnvironmentDescription::Kind;
   if (auto error = fault_of(overrides)) return error;
-  if (overrides.environment_file) {
-    scene->environment = EnvironmentDescription{};
-    scene->environment.kind = Kind::file;
-    scene->environment.file = std::filesystem::absolute(*overrides.environment_file).string();
-  }
-  if (overrides.environment_rotate_deg) {
-    scene->environment.rotate_deg = *overrides.environment_rotate_deg;
-    scene->environment.keys.clear();
-  }
   for (auto& groom : scene->grooms) {
     if (!groom.file) continue;
     if (overrides.y_up) groom.placement.y_up = *overrides.y_up;
@@ -73,27 +62,14 @@ std::optional<Error> apply(const Overrides& overrides, SceneDescription* scene) 
       groom.placement.radius_cm = overrides.radius_cm;
     }
   }
-  if (overrides.turn_deg) {
-    if (!scene->camera.framed)
-      return Error{"", "--turn", "a camera that is placed to see the hair", "one that the scene places"};
-    scene->camera.turn_rad = *overrides.turn_deg * std::numbers::pi / 180;
-  }
-  Shutter& shutter = scene->camera.shutter;
-  if (overrides.shutter) std::tie(shutter.open, shutter.close) = *overrides.shutter;
-  shutter.samples = overrides.motion_samples.value_or(shutter.samples);
-  if (overrides.frames_per_second) scene->camera.frames_per_second = overrides.frames_per_second;
+  const Shutter& shutter = scene->camera.shutter;
   if (shutter.close < shutter.open)
-    return Error{"", overrides.shutter ? "--shutter" : "/camera/shutter", "a shutter that closes after it has opened",
+    return Error{"", "/camera/shutter", "a shutter that closes after it has opened",
                  fmt::format("one that opens at {:g} and closes at {:g}", shutter.open, shutter.close)};
   auto& image = scene->image;
   image.width = overrides.width.value_or(image.width);
   image.height = overrides.height.value_or(image.height);
   image.samples = overrides.samples.value_or(image.samples);
-  image.least_width_px = overrides.least_width_px.value_or(image.least_width_px);
-  image.curve_error_px = overrides.curve_error_px.value_or(image.curve_error_px);
-  image.transparent = overrides.transparent.value_or(image.transparent);
-  image.exposure_stops = overrides.exposure_stops.value_or(image.exposure_stops);
-  image.view = overrides.view.value_or(image.view);
   const std::int64_t pixels = std::int64_t{image.width} * image.height;
   if (pixels > most_image_pixels)
     return Error{"", "--resolution", fmt::format("at most {} pixels", most_image_pixels), fmt::format("{}", pixels)};
@@ -319,6 +295,17 @@ bool is_folder(const std::filesystem::path& path) {
   return std::filesystem::is_directory(path, unknown);
 }
 
+/// The texts for set_keys(). The name of the environment stands in a text of its own, as it may have bytes that JSON
+/// has not.
+std::vector<std::string> settings_of(const Overrides& overrides) {
+  std::vector<std::string> settings = overrides.settings;
+  if (overrides.environment_file)
+    settings.insert(
+        settings.begin(),
+        {"environment={}", "environment/file=" + std::filesystem::absolute(*overrides.environment_file).string()});
+  return settings;
+}
+
 Result<SceneDescription> describe(const std::filesystem::path& file, const Overrides& overrides) {
   std::error_code unknown;
   if (is_folder(file))
@@ -411,7 +398,7 @@ void warn_of_thin_strands(Scene* scene) {
   if (strands == 0 || !(covered < 2e-5 || (covered < 0.01 && thin > 0.1 * strands))) return;
   scene->warnings.push_back(fmt::format(
       "the picture is all but empty: strands cover some {:.2g} % of it, and {:.0f} of {:.0f} are thinner than "
-      "a tenth of a pixel; --cm-per-unit, --widths or --radius may be what is wrong",
+      "a tenth of a pixel; `cm_per_unit`, `widths` or `radius_cm` of the groom may be what is wrong",
       100 * covered, thin, strands));
 }
 
@@ -423,6 +410,7 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
   Scene scene;
   scene.source = name;
   scene.image = description.image;
+  scene.integrator = description.integrator;
   scene.environment_visible = description.environment_visible;
   scene.environment_group = description.environment.group;
   scene.environment_links = description.environment.links;
@@ -504,7 +492,9 @@ Result<Scene> build(SceneDescription description, const std::string& name, Sourc
 }  // namespace
 
 Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& overrides, Unstyled* unstyled) {
-  auto description = describe(file, overrides);
+  Overrides all = overrides;
+  all.settings = settings_of(overrides);
+  auto description = describe(file, all);
   if (!description) return description.error();
   return build(std::move(*description), file.string(), {is_folder(file) ? file : file.parent_path()}, overrides,
                unstyled);
@@ -512,7 +502,7 @@ Result<Scene> load_scene(const std::filesystem::path& file, const Overrides& ove
 
 Result<Scene> load_scene(std::span<const unsigned char> text, const std::string& name,
                          const std::filesystem::path& folder, FilesInMemory files, const Overrides& overrides) {
-  auto description = parse_scene_file(text, name, nullptr, overrides.settings);
+  auto description = parse_scene_file(text, name, nullptr, settings_of(overrides));
   if (!description) return description.error();
   return build(std::move(*description), name, {folder, std::move(files)}, overrides, nullptr);
 }

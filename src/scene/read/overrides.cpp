@@ -27,7 +27,6 @@ std::optional<Error> fault_of(const Overrides& o) {
       one(*value);
     }
   };
-  check("--rotate", o.environment_rotate_deg);
   check("--color", o.color);
   if (!error && o.color_source)
     if (const auto source = parse_color(*o.color_source); !source) error = source.error();
@@ -44,14 +43,7 @@ std::optional<Error> fault_of(const Overrides& o) {
   check("--resolution", o.width);
   check("--resolution", o.height);
   check("--spp", o.samples);
-  check("--least-width", o.least_width_px);
-  check("--curve-error", o.curve_error_px);
   check("--frame", o.frame);
-  check("--turn", o.turn_deg);
-  check("--shutter", o.shutter);
-  check("--motion-samples", o.motion_samples);
-  check("--fps", o.frames_per_second);
-  check("--exposure", o.exposure_stops);
   return error;
 }
 

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "image/view_transform.h"
 #include "tress/base/error.h"
 
 namespace tress::scene {
@@ -16,8 +15,7 @@ namespace tress::scene {
 /// (parameters.cpp).
 struct Overrides {
   std::vector<std::string> settings = {};  ///< texts for parse_setting(), set in the scene file before it is read
-  std::optional<std::string> environment_file = {};
-  std::optional<double> environment_rotate_deg = {};
+  std::optional<std::string> environment_file = {};  ///< replaces the environment, before `settings`
   std::optional<glm::vec3> color = {};
   std::optional<std::string> color_source = {};  ///< in place of `color`: a text for parse_color()
   std::optional<std::pair<float, float>> melanin = {};
@@ -32,16 +30,7 @@ struct Overrides {
   std::optional<double> radius_cm = {};
   bool strict = false;  ///< whether data of a file of strands that no picture shows are an error
   std::optional<int> width = {}, height = {}, samples = {};
-  std::optional<float> least_width_px = {};
-  std::optional<float> curve_error_px = {};
-  std::optional<bool> transparent = {};
-  std::optional<double> exposure_stops = {};
-  std::optional<image::View> view = {};
-  std::optional<int> frame = {};                          ///< frame of everything that moves
-  std::optional<std::pair<double, double>> shutter = {};  ///< when it opens and closes, in frames relative to that one
-  std::optional<int> motion_samples = {};
-  std::optional<double> frames_per_second = {};
-  std::optional<double> turn_deg = {};  ///< turn of a camera that is placed to see the hair
+  std::optional<int> frame = {};  ///< frame of everything that moves
 };
 
 /// The error if a caller set an option out of the range of its parameter; the command line has checked its own.

@@ -25,21 +25,34 @@ void read_image(const JsonReader& json, Image* image) {
               fmt::format("{} x {}", image->width, image->height));
 }
 
+Integrator read_integrator(const JsonReader& json) {
+  Integrator integrator;
+  if (!json.object()) return integrator;
+  const auto whole = [&](const char* key) {
+    const auto value = json.integer(key);
+    return value ? std::optional(static_cast<int>(*value)) : std::nullopt;
+  };
+  integrator.max_depth = whole("max_depth");
+  integrator.light_samples = whole("light_samples");
+  integrator.bcsdf_samples = whole("bcsdf_samples");
+  integrator.roulette = json.choice("roulette");
+  integrator.deep_light = json.choice("deep_light");
+  integrator.deep_light_depth = whole("deep_light_depth");
+  integrator.adaptive = json.boolean("adaptive");
+  if (json.is_text("near"))
+    integrator.near = json.choice("near");
+  else if (const auto pixels = json.number("near"))
+    integrator.near_pixels = static_cast<float>(*pixels);
+  if (integrator.learns_deep_light() && integrator.roulette == "throughput")
+    json.fail("deep_light", "traced with roulette throughput, which learns no light", "learned");
+  if (json.has("deep_light_depth") && !json.has("deep_light"))
+    json.fail("deep_light_depth", "this key beside \"deep_light\" only", "it alone");
+  return integrator;
+}
+
 /// Checks the expected answer of a scene that has one. Tests compare renders with it; no render uses it.
 void read_expected(const JsonReader& json) {
   if (json.object()) json.triple("radiance");
-}
-
-/// Parses the texts of settings, and sets their keys in the document.
-Result<std::vector<KeySetting>> apply_settings(std::span<const std::string> texts, nlohmann::json* document) {
-  std::vector<KeySetting> settings;
-  for (const std::string& text : texts) {
-    auto setting = parse_setting(text);
-    if (!setting) return Error{"", "--set", setting_words, text};
-    settings.push_back(std::move(*setting));
-  }
-  if (auto error = set_keys(settings, document)) return *error;
-  return settings;
 }
 
 Error not_json(const std::string& name, const nlohmann::json::parse_error& error) {
@@ -116,7 +129,7 @@ Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, c
   } catch (const nlohmann::json::exception& error) {
     return Error{name, "", "JSON with numbers in range", error.what()};
   }
-  const auto set = apply_settings(settings, &document);
+  const auto set = set_keys(settings, &document);
   if (!set) {
     Error fault = set.error();
     fault.file = name;
@@ -130,6 +143,7 @@ Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, c
     if (root.has("expected")) read_expected(root.child("expected"));
     if (root.has("camera")) scene.camera = read_camera(root.child("camera"));
     if (root.has("image")) read_image(root.child("image"), &scene.image);
+    if (root.has("integrator")) scene.integrator = read_integrator(root.child("integrator"));
     if (root.has("environment")) scene.environment = read_environment(root.child("environment"));
     scene.environment_visible = root.boolean("environment_visible").value_or(true);
     for (const auto& item : root.items("lights", most_lights)) scene.lights.push_back(read_light(item));

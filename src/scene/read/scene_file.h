@@ -66,6 +66,7 @@ struct GroomDescription {
 struct SceneDescription {
   CameraDescription camera;
   Image image;
+  Integrator integrator;
   EnvironmentDescription environment;
   bool environment_visible = true;
   std::vector<LightDescription> lights;

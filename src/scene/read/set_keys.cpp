@@ -71,11 +71,15 @@ std::optional<KeySetting> parse_setting(const std::string& text) {
   return equals > begin && is_whole ? std::optional(std::move(setting)) : std::nullopt;
 }
 
-std::optional<Error> set_keys(std::span<KeySetting> settings, nlohmann::json* document) {
-  for (KeySetting& setting : settings) {
-    if (auto error = set_in(*document, 0, "", &setting)) return error;
+Result<std::vector<KeySetting>> set_keys(std::span<const std::string> texts, nlohmann::json* document) {
+  std::vector<KeySetting> settings;
+  for (const std::string& text : texts) {
+    auto setting = parse_setting(text);
+    if (!setting) return Error{"", "--set", setting_words, text};
+    if (auto error = set_in(*document, 0, "", &*setting)) return *error;
+    settings.push_back(std::move(*setting));
   }
-  return std::nullopt;
+  return settings;
 }
 
 const KeySetting* setting_of(std::span<const KeySetting> settings, std::string_view place) {

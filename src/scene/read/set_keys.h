@@ -26,9 +26,10 @@ inline constexpr const char* setting_words = "KEY=VALUE, as in image/width=640 o
 /// Parses KEY=VALUE; empty if the text has no "=" or an empty name in the key. A "/" before the key is ignored.
 std::optional<KeySetting> parse_setting(const std::string& text);
 
-/// Sets the keys in their order. Objects that are missing are made; elements of arrays must exist, but without
-/// "materials" the document gets one. An element is found by its index, or by its "name". The error names no file.
-std::optional<Error> set_keys(std::span<KeySetting> settings, nlohmann::json* document);
+/// Sets the keys of texts for parse_setting() in their order, and returns them. Objects that are missing are made;
+/// elements of arrays must exist, but without "materials" the document gets one. An element is found by its index, or
+/// by its "name". The error names no file.
+Result<std::vector<KeySetting>> set_keys(std::span<const std::string> texts, nlohmann::json* document);
 
 /// The setting that set the place, or something that it lies in; null if none did.
 const KeySetting* setting_of(std::span<const KeySetting> settings, std::string_view place);

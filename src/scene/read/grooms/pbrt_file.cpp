@@ -384,9 +384,10 @@ class PbrtReader {
     std::string others;
     for (const auto& [name, values] : p.by_name)
       if (name != "type" && values.numbers.empty()) others += "; not read: " + printable(name.substr(0, 32));
-    return fmt::format("hair: {} --eccentricity 1; eta {:g}, tilt {:g} degrees, beta_m {:g}, beta_n {:g}{}", color,
-                       p.number("eta", 1.55), p.number("alpha", 2), p.number("beta_m", 0.3), p.number("beta_n", 0.3),
-                       others.substr(0, 256));
+    return fmt::format(
+        "hair: {} --set 'materials/*/eccentricity=1'; eta {:g}, tilt {:g} degrees, beta_m {:g}, beta_n {:g}{}", color,
+        p.number("eta", 1.55), p.number("alpha", 2), p.number("beta_m", 0.3), p.number("beta_n", 0.3),
+        others.substr(0, 256));
   }
 
   /// Converts quadratic curves into cubic Bezier segments, exactly; empty if the number of points does not fit.
