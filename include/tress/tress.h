@@ -64,7 +64,7 @@ typedef struct tress_service tress_service;
 /* The node whose target is asked: what its slice was described by, and the coordinates on the slice's axes. */
 typedef struct tress_place {
   uint32_t lobe;
-  float parameters[8];
+  float parameters[16];
   float a, b;
   float blur; /* radians; of slices of densities */
 } tress_place;
@@ -159,7 +159,7 @@ enum { TRESS_DENSITIES = 0, TRESS_SAMPLES = 1 };
 typedef struct tress_slice {
   uint32_t kind; /* TRESS_DENSITIES: learned from trace; TRESS_SAMPLES: from draw */
   uint32_t lobe; /* its name, with the parameters; TRESS_DENSITIES: the first three, the others 0 */
-  float parameters[8];
+  float parameters[16];
   const float *axis_a, *axis_b;
   size_t count_a, count_b; /* 1 to 65,536 */
   float blur;              /* TRESS_DENSITIES: standard deviation of the kernel, radians, > 0 */
