@@ -288,6 +288,8 @@ typedef struct tress_fiber {
   float tilt;         /* of the cuticle, >= 0; R is turned towards the root */
   float sigma_a[3];   /* absorption per major semi-axis, >= 0 */
   float medulla_radius, medulla_scattering, medulla_asymmetry, medulla_absorption; /* TRESS_ROUGH; radius 0: none */
+  float cortex_scattering, cortex_asymmetry; /* TRESS_ROUGH; per major semi-axis, [0, 20]; mean cosine */
+  float wetness;                             /* TRESS_ROUGH; share of the surface under a film of water, [0, 1] */
   float azimuthal_sigma[3];     /* TRESS_ELLIPTICAL: blur of TT, TRT, TRRT, [0.5, 45] degrees; 0: by the roughness */
   float longitudinal_lambda[4]; /* of R, TT, TRT, TRRT, [0.25, 45] degrees; 0: by the roughness */
   float gain[6][3];             /* artistic factor, 0 to 1e15, of R, TT, TRT, TRRT, the residual, the glint */

@@ -202,7 +202,7 @@ int run_prebake(PrebakeSettings settings) {
     log_error(message);
     return 2;
   }
-  log_lost_medullas(*scene, settings.model);
+  log_lost_parts(*scene, settings.model);
   Result<TelemetryLines> telemetry = TelemetryLines::open(settings.telemetry);
   if (!telemetry) {
     log_error(telemetry.error().message());

@@ -70,16 +70,20 @@ std::string refused_by_all(const std::vector<AskedOption>& asked) {
   return {};
 }
 
-void log_lost_medullas(const scene::Scene& scene, const std::string& model) {
-  if (fiber::find_model(model)->has_medulla) return;
+void log_lost_parts(const scene::Scene& scene, const std::string& model) {
+  if (fiber::find_model(model)->has_parts) return;
   std::string names;
   for (const fiber::ModelInfo& info : fiber::models())
-    if (info.has_medulla) names += (names.empty() ? "" : ", ") + std::string(info.name);
+    if (info.has_parts) names += (names.empty() ? "" : ", ") + std::string(info.name);
   for (const scene::Material& material : scene.materials) {
-    if (material.fiber.medulla_radius <= 0) continue;
-    log_warning(
-        fmt::format("material {}: medulla: left out by model {}, whose fibers have none; models that have it: {}",
-                    material.name, model, names));
+    const std::pair<const char*, bool> parts[] = {{"medulla", material.fiber.medulla_radius > 0},
+                                                  {"cortex", material.fiber.cortex_scattering > 0},
+                                                  {"wetness", material.fiber.wetness > 0}};
+    for (const auto& [part, is_there] : parts) {
+      if (!is_there) continue;
+      log_warning(fmt::format("material {}: {}: left out by model {}, whose fibers have none; models that have it: {}",
+                              material.name, part, model, names));
+    }
   }
 }
 

@@ -23,7 +23,7 @@ std::string refused_option(const std::vector<fiber::AskedOption>& asked, const s
 /// The same before a scene is read and without a named model: checks for options that no scene's model supports.
 std::string refused_by_all(const std::vector<fiber::AskedOption>& asked);
 
-/// Warns about materials whose medulla the model leaves out.
-void log_lost_medullas(const scene::Scene& scene, const std::string& model);
+/// Warns about materials whose medulla, scattering cortex or water the model leaves out.
+void log_lost_parts(const scene::Scene& scene, const std::string& model);
 
 }  // namespace tress::cli

@@ -397,7 +397,7 @@ int render_one(const RenderSettings& asked, TelemetryLines* shared, fiber::Model
     log_error(message);
     return 2;
   }
-  log_lost_medullas(*scene, settings.model);
+  log_lost_parts(*scene, settings.model);
   if (const int status = log_refusal(settings, *scene); status != 0) return status;
   const Identity identity = identity_of(settings.scene, settings.given_options);
   std::optional<CheckpointSession> checkpoint;

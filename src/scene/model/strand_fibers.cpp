@@ -51,8 +51,13 @@ constexpr std::array<NumberGrid, fiber_numbers> grids{
      {"medulla/scattering", &fiber::FiberParameters::medulla_scattering, fiber::medulla_scattering_range, 0},
      {"medulla/asymmetry", &fiber::FiberParameters::medulla_asymmetry, fiber::medulla_asymmetry_range,
       1 / ShapeSteps::medulla},
-     {"medulla/absorption", &fiber::FiberParameters::medulla_absorption, fiber::medulla_absorption_range, 0}}};
+     {"medulla/absorption", &fiber::FiberParameters::medulla_absorption, fiber::medulla_absorption_range, 0},
+     {"cortex/scattering", &fiber::FiberParameters::cortex_scattering, fiber::cortex_scattering_range, 0},
+     {"cortex/asymmetry", &fiber::FiberParameters::cortex_asymmetry, fiber::cortex_asymmetry_range,
+      1 / ShapeSteps::medulla},
+     {"wetness", &fiber::FiberParameters::wetness, fiber::wetness_range, 1 / ShapeSteps::wetness}}};
 constexpr auto the_eccentricity = static_cast<std::size_t>(FiberNumber::eccentricity);
+constexpr auto first_late = static_cast<std::size_t>(FiberNumber::cortex_scattering);  // drawn after the gains
 
 /// An array with the same item in all places.
 template <std::size_t n, class Item>
@@ -173,8 +178,9 @@ StrandDraws draws_of(const Scene& scene, const Groom& groom, std::uint32_t stran
   draws.factor = varied(1, variation.color, random);
   if (variation.color > 0 && !material.pigment)
     for (std::size_t c = 0; c < 3; ++c) set_power(draws.factor, ratio, &key.color_power[c], &draws.above[c]);
-  for (std::size_t n = the_eccentricity + 1; n < fiber_numbers; ++n) draws.number_u[n] = random.next();
+  for (std::size_t n = the_eccentricity + 1; n < first_late; ++n) draws.number_u[n] = random.next();
   draws.gain_u = random.next();
+  for (std::size_t n = first_late; n < fiber_numbers; ++n) draws.number_u[n] = random.next();
   return draws;
 }
 

@@ -20,7 +20,8 @@ constexpr std::size_t most_fibers = 1024;
 /// it depends neither on the order of grooms nor on the strand's place. Values that vary are rounded once, to either
 /// neighbour at random, so that the mean is kept. The eccentricity is rounded to 0.01, the tilt to 0.5 degrees, and the
 /// roughness and the azimuthal sigmas to 1 degree; sigmas that follow the roughness follow the rounded one. The
-/// medulla's radius and asymmetry are rounded to 0.05, its coefficients to powers of color_ratio. All widths of a
+/// medulla's radius and all asymmetries are rounded to 0.05, coefficients to powers of color_ratio, the
+/// wetness to 0.25. All widths of a
 /// node's fiber (Material::has_node_widths) get one factor in whole steps of 0.05. The rounded values are the strand's
 /// fiber. The absorption is rounded to powers of color_ratio too, because a model keeps its rows once for each, but at
 /// every hit anew (Scene::fiber_of): rounded once for a strand, it would be seen, as strands of other colors. Values
