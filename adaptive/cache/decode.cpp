@@ -41,11 +41,12 @@ const char* section_name(Section section) {
 std::string byte(std::size_t position) { return "byte " + std::to_string(position); }
 
 bool is_known(std::uint32_t version) {
-  return version >= format::version_of_mixtures && version <= format::version_of_samples;
+  return version >= format::version_of_mixtures && version <= format::version_of_parameters;
 }
 
 /// What a file of this version has that earlier versions have not.
 const char* reason_of(std::uint32_t version) {
+  if (version == format::version_of_parameters) return " with more parameters";
   if (version == format::version_of_samples) return " with slices of samples";
   return version == format::version_of_knots ? " with knot rows" : " without knot rows";
 }
@@ -103,9 +104,9 @@ bool CacheReader::header(ByteReader& in, std::uint64_t* hash) {
         version_ >> 24 | (version_ >> 8 & 0xff00u) | (version_ << 8 & 0xff0000u) | version_ << 24;
     return fail(byte(8),
                 "format version " + std::to_string(format::version_of_mixtures) + " to " +
-                    std::to_string(format::version_of_samples),
+                    std::to_string(format::version_of_parameters),
                 is_known(turned) ? "version " + std::to_string(turned) + " with its highest byte first"
-                                 : (version_ > format::version_of_samples ? "later version " : "version ") +
+                                 : (version_ > format::version_of_parameters ? "later version " : "version ") +
                                        std::to_string(version_));
   }
   const std::uint32_t sections = in.u32();
@@ -338,19 +339,18 @@ bool CacheReader::axis(ByteReader& in, const char* what, std::uint32_t size, std
 bool CacheReader::slice(ByteReader& in) {
   slice_.key = {};
   slice_.key.lobe = in.u32();
-  const bool has_kind = version_ == format::version_of_samples;
+  const bool has_kind = version_ >= format::version_of_samples;
   const std::uint32_t kind = has_kind ? in.u32() : 0;
   if (kind > static_cast<std::uint32_t>(SliceKind::samples)) {
     return fail(here(in, 4), "kind 0 (densities) or 1 (samples)", std::to_string(kind));
   }
   slice_.kind = static_cast<SliceKind>(kind);
   const bool samples = slice_.kind == SliceKind::samples;
-  if (samples) needed_version_ = format::version_of_samples;
-  const std::size_t stored = has_kind ? slice_.key.parameters.size() : SliceKey::density_parameters;
-  for (std::size_t i = 0; i < stored; ++i) {
+  for (std::size_t i = 0; i < format::stored_parameters(version_); ++i) {
     const float largest = samples || i < SliceKey::density_parameters ? huge : 0;
     if (!number(in, "a finite parameter", -largest, largest, &slice_.key.parameters[i])) return false;
   }
+  needed_version_ = std::max(needed_version_, format::version_of(slice_));
   if (!number(in, "blur", samples ? 0 : format::least_blur_rad, samples ? 0 : format::largest_blur_rad,
               &slice_.blur_rad)) {
     return false;

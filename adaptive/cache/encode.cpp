@@ -13,12 +13,16 @@
 namespace tress::inline v0_2::adaptive {
 namespace format {
 
+std::uint32_t version_of(const SliceDescription& slice) {
+  if (slice.kind != SliceKind::samples) return version_of_mixtures;
+  return slice.key.told_parameters().size() > SliceKey::usual_parameters ? version_of_parameters : version_of_samples;
+}
+
 void write_description(ByteWriter& out, const SliceDescription& slice, std::uint32_t version) {
   const bool has_kind = version >= version_of_samples;
   out.u32(slice.key.lobe);
   if (has_kind) out.u32(static_cast<std::uint32_t>(slice.kind));
-  const std::size_t parameters = has_kind ? slice.key.parameters.size() : SliceKey::density_parameters;
-  for (std::size_t i = 0; i < parameters; ++i) out.f32(slice.key.parameters[i]);
+  for (std::size_t i = 0; i < stored_parameters(version); ++i) out.f32(slice.key.parameters[i]);
   out.f32(slice.kind == SliceKind::density ? slice.blur_rad : 0.0f);
   out.u32(static_cast<std::uint32_t>(slice.axis_a.size()));
   out.u32(static_cast<std::uint32_t>(slice.axis_b.size()));
@@ -79,7 +83,7 @@ Counts count(RowSource& rows) {
   Counts counts;
   rows.rewind();
   while (const SliceDescription* slice = rows.next_slice()) {
-    if (slice->kind == SliceKind::samples) counts.version = version_of_samples;
+    counts.version = std::max(counts.version, version_of(*slice));
     std::uint32_t number = 0;
     while (rows.next_row() != nullptr) ++number;
     counts.rows.push_back(number);
@@ -155,7 +159,7 @@ void write_frame(ByteWriter& out, Section id, std::uint64_t size, std::uint64_t 
 
 std::string described(const SliceDescription& slice) {
   ByteWriter out;
-  write_description(out, slice, version_of_samples);
+  write_description(out, slice, std::max(version_of_samples, version_of(slice)));
   return out.take();
 }
 

@@ -5,6 +5,7 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <tuple>
 
 #include "cache/bytes.h"
 #include "tress/adaptive/cache.h"
@@ -13,10 +14,11 @@
 namespace tress::inline v0_2::adaptive::format {
 
 constexpr std::string_view magic{"\x89TRESS\r\n", 8};  // as in PNG: text-mode transfers break it
-/// A file has the lowest version that can hold it: 1, or 3 with slices of samples. Files of version 2 have rows of
-/// knots, which are no longer written.
-constexpr std::uint32_t version_of_mixtures = 1, version_of_knots = 2, version_of_samples = 3;
-static_assert(version_of_samples == cache_format_version);
+/// A file has the lowest version that can hold it: 1, 3 with slices of samples, or 4 with such slices of more than the
+/// usual parameters. Files of version 2 have rows of knots, which are no longer written.
+constexpr std::uint32_t version_of_mixtures = 1, version_of_knots = 2, version_of_samples = 3,
+                        version_of_parameters = 4;
+static_assert(version_of_parameters == cache_format_version);
 constexpr std::size_t header_bytes = 24;
 constexpr std::size_t section_header_bytes = 24;
 
@@ -57,6 +59,14 @@ std::string cache_bytes(RowSource& rows);
 void write_row(ByteWriter& out, const CachedRow& row);
 /// Writes the sketch of an open row as it stands in section sketches.
 void write_sketch(ByteWriter& out, const CachedRow& row);
+/// The lowest version of a file that can hold the slice.
+std::uint32_t version_of(const SliceDescription& slice);
+/// The number of parameters that a slice has in a file of that version.
+constexpr std::size_t stored_parameters(std::uint32_t version) {
+  return version >= version_of_parameters ? std::tuple_size_v<decltype(SliceKey::parameters)>
+         : version >= version_of_samples  ? SliceKey::usual_parameters
+                                          : SliceKey::density_parameters;
+}
 /// Writes the slice's description as it stands in section slices of a file of that version.
 void write_description(ByteWriter& out, const SliceDescription& slice, std::uint32_t version);
 /// The description as bytes, which compare as descriptions do.

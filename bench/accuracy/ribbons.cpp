@@ -23,8 +23,8 @@
 #include <vector>
 
 #include "adaptive/learn_samples.h"
-#include "fiber/medulla.h"
 #include "fiber/rough_rows.h"
+#include "fiber/traced_parts.h"
 #include "fit/learn_stage.h"
 #include "tress/adaptive/options.h"
 #include "tress/adaptive/ribbon.h"
@@ -45,19 +45,19 @@ struct Setting {
   std::uint32_t rows = 0, test_paths = 1u << 17;
   std::uint64_t seed = 1;
   bool quick = false;
-  std::array<float, 4> medulla{};
+  std::array<float, fiber::TracedParts::count> parts{};
   std::vector<double> e{0.5, 0.75, 0.85, 1}, alpha{0.05, 0.1, 0.2, 0.3}, theta{0, 30, 60, 80};
 };
 
 struct Node {
   double e, alpha, theta_deg, phi_deg, tilt_deg;
-  std::array<float, 4> medulla{};  ///< as fiber::Medulla::values()
+  std::array<float, fiber::TracedParts::count> parts{};  ///< as fiber::TracedParts::values()
   fiber::FiberParameters fiber() const {
     fiber::FiberParameters f;
     f.eccentricity = static_cast<float>(e);
     f.roughness = static_cast<float>(alpha);
     f.tilt = static_cast<float>(tilt_deg * degree);
-    fiber::Medulla{medulla[0], medulla[1], medulla[2], medulla[3]}.give_to(f);
+    fiber::TracedParts::from(parts.data()).give_to(f);
     return f;
   }
   float a() const { return static_cast<float>(theta_deg * degree); }
@@ -72,7 +72,7 @@ std::vector<Node> all_nodes(const Setting& setting) {
     for (const double alpha : setting.alpha) {
       for (const double theta : setting.theta) {
         const double sign = i % 4 == 3 ? -1 : 1;
-        nodes.push_back({e, alpha, sign * theta, phi[i % 3], i % 2 == 0 ? 0.0 : 3.0, setting.medulla});
+        nodes.push_back({e, alpha, sign * theta, phi[i % 3], i % 2 == 0 ? 0.0 : 3.0, setting.parts});
         ++i;
       }
       ++i;  // so that phi_r and tilt do not go with theta_r
@@ -362,7 +362,9 @@ int main(int argc, char** argv) {
   app.add_option("--e", setting.e);
   app.add_option("--alpha", setting.alpha);
   app.add_option("--theta", setting.theta, "theta_r, degrees");
-  app.add_option("--medulla", setting.medulla, "of the configurations: radius, scattering, asymmetry, absorption");
+  app.add_option("--parts", setting.parts,
+                 "of the configurations: the medulla's radius, scattering, asymmetry and absorption, the cortex's "
+                 "scattering and asymmetry, wetness");
   app.add_option("--rows", setting.rows, "false passes of so many random rows instead");
   app.add_option("--test-paths", setting.test_paths, "fresh paths a row");
   app.add_option("--seed", setting.seed, "of the random rows");

@@ -23,7 +23,7 @@ constexpr float degree = std::numbers::pi_v<float> / 180;
 
 struct Fiber {
   float eccentricity, alpha, theta, tilt;
-  fiber::Medulla medulla{};
+  fiber::TracedParts parts{};
 };
 constexpr std::array<Fiber, 9> fibers{{{0.75f, 0.2f, 30, 3},
                                        {0.5f, 0.05f, 60, 3},
@@ -41,7 +41,7 @@ fiber::FiberParameters parameters_of(const Fiber& shape) {
   parameters.eccentricity = shape.eccentricity;
   parameters.roughness = shape.alpha;
   parameters.tilt = shape.tilt * degree;
-  shape.medulla.give_to(parameters);
+  shape.parts.give_to(parameters);
   return parameters;
 }
 

@@ -83,7 +83,7 @@ typedef uint64_t (*Hash)(const void* bytes, size_t size);
 /// A slice of a file that was checked, whose bytes must outlive it.
 struct Slice {
   const unsigned char* bytes;
-  float parameters[8];
+  float parameters[16];
   uint32_t lobe, has_samples, count_a, count_b;
   uint32_t row_count;  ///< rows that answer
   uint32_t stored_rows;
@@ -265,12 +265,12 @@ inline void read_part(const unsigned char* bytes, Part* part) {
   scale_to_one(part);
 }
 
-inline Outcome read_description(Cursor* at, Slice* slice) {
+inline Outcome read_description(Cursor* at, uint32_t parameters, Slice* slice) {
   const Cursor from = *at;
-  if (!at->has(52)) return from.fault(Status::truncated);
+  if (!at->has(20 + 4 * parameters)) return from.fault(Status::truncated);
   slice->lobe = at->u32();
   slice->has_samples = at->u32();
-  for (int i = 0; i < 8; ++i) slice->parameters[i] = at->f32();
+  for (uint32_t i = 0; i < parameters; ++i) slice->parameters[i] = at->f32();
   at->at += 4;  // blur
   slice->count_a = at->u32();
   slice->count_b = at->u32();
@@ -289,16 +289,17 @@ inline Outcome read_description(Cursor* at, Slice* slice) {
 
 }  // namespace detail
 
-/// Checks a file, its sections, slices and ribbons, and finds the slice of a lobe with these eight parameters; null:
-/// the first one of that lobe. rough_lobe: eta, eccentricity, roughness, tilt, and the medulla's radius, scattering,
-/// asymmetry and absorption, 0 without one.
+/// Checks a file, its sections, slices and ribbons, and finds the slice of a lobe with these 16 parameters; null: the
+/// first one of that lobe. rough_lobe: eta, eccentricity, roughness, tilt; the medulla's radius, scattering, asymmetry
+/// and absorption, 0 without one; the cortex's scattering and asymmetry; the wetness; zeros.
 inline Outcome find(const void* bytes, size_t size, Hash hash, uint32_t lobe, const float* parameters, Slice* found) {
   memset(found, 0, sizeof *found);
   detail::Cursor at = {static_cast<const unsigned char*>(bytes), size, 0}, section[4];
   if (!at.has(24)) return at.fault(Status::truncated);
   if (memcmp(bytes, "\x89TRESS\r\n", 8) != 0) return at.fault(Status::not_a_cache);
   at.at = 8;
-  if (at.u32() != 3) return at.fault(Status::other_version);
+  const uint32_t version = at.u32();
+  if (version != 3 && version != 4) return at.fault(Status::other_version);
   if (at.u32() != 4) return at.fault(Status::invalid);
   at.at = 24;
   for (uint32_t i = 0; i < 4; ++i) {
@@ -318,7 +319,7 @@ inline Outcome find(const void* bytes, size_t size, Hash hash, uint32_t lobe, co
   for (uint32_t left = slices.u32(); left > 0; --left) {
     Slice slice = {};
     slice.bytes = at.bytes;
-    const Outcome described = detail::read_description(&slices, &slice);
+    const Outcome described = detail::read_description(&slices, version == 3 ? 8 : 16, &slice);
     if (described.status != Status::ok) return described;
     if (!rows.has(4)) return rows.fault(Status::truncated);
     slice.stored_rows = rows.u32();

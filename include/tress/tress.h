@@ -64,7 +64,7 @@ typedef struct tress_service tress_service;
 /* The node whose target is asked: what its slice was described by, and the coordinates on the slice's axes. */
 typedef struct tress_place {
   uint32_t lobe;
-  float parameters[8];
+  float parameters[16];
   float a, b;
   float blur; /* radians; of slices of densities */
 } tress_place;
@@ -159,7 +159,7 @@ enum { TRESS_DENSITIES = 0, TRESS_SAMPLES = 1 };
 typedef struct tress_slice {
   uint32_t kind; /* TRESS_DENSITIES: learned from trace; TRESS_SAMPLES: from draw */
   uint32_t lobe; /* its name, with the parameters; TRESS_DENSITIES: the first three, the others 0 */
-  float parameters[8];
+  float parameters[16];
   const float *axis_a, *axis_b;
   size_t count_a, count_b; /* 1 to 65,536 */
   float blur;              /* TRESS_DENSITIES: standard deviation of the kernel, radians, > 0 */
@@ -288,6 +288,8 @@ typedef struct tress_fiber {
   float tilt;         /* of the cuticle, >= 0; R is turned towards the root */
   float sigma_a[3];   /* absorption per major semi-axis, >= 0 */
   float medulla_radius, medulla_scattering, medulla_asymmetry, medulla_absorption; /* TRESS_ROUGH; radius 0: none */
+  float cortex_scattering, cortex_asymmetry; /* TRESS_ROUGH; per major semi-axis, [0, 20]; mean cosine */
+  float wetness;                             /* TRESS_ROUGH; share of the surface under a film of water, [0, 1] */
   float azimuthal_sigma[3];     /* TRESS_ELLIPTICAL: blur of TT, TRT, TRRT, [0.5, 45] degrees; 0: by the roughness */
   float longitudinal_lambda[4]; /* of R, TT, TRT, TRRT, [0.25, 45] degrees; 0: by the roughness */
   float gain[6][3];             /* artistic factor, 0 to 1e15, of R, TT, TRT, TRRT, the residual, the glint */

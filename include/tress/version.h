@@ -18,7 +18,7 @@ inline namespace v0_2 {  // as C++17 writes it, for tress.hpp
 
 /// Formats have versions of their own, which rise when an older release can no longer read what is written. This is the
 /// newest format of a warm cache (adaptive/cache/CACHE_FORMAT.md); older ones can be read.
-inline constexpr unsigned cache_format_version = 3;
+inline constexpr unsigned cache_format_version = 4;
 /// The `schema` of telemetry headers (adaptive/telemetry/schema.json).
 inline constexpr unsigned telemetry_schema_version = 1;
 

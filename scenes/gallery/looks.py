@@ -18,6 +18,7 @@ STRANDS, POINTS, CLUMPS = 2600, 16, 26
 WIDTH, HEIGHT, COLUMNS, GAP = 144, 184, 6, 3
 DIGITS = [31599, 11415, 29671, 29647, 23497, 31183, 31215, 29257, 31727, 31695]  # 3 x 5 pixels each, the highest bit first
 BROWN = {"hair": "light brown"}
+BLEACHED = {"melanin": {"eumelanin": 0.06, "pheomelanin": 0.08}}
 MASK = {"texture": "streaks.png", "space": "linear"}
 
 # One tile each: what the material has, and what the scene has besides.
@@ -47,6 +48,8 @@ LOOKS = [
     ({"marschner": {"hair_color": {"melanin": 0.05, "strayDensity": 0, "dye": [0.9, 0.25, 0.3], "randomDyeHue": 0.4}}}, {}),
     ({**BROWN, "thickness": {"random": [0, 2], "share": 0.5}}, {"left": BROWN}),
     (BROWN, {"instances": [{"scale": 0.35, "translate": [0.75 * x, 0, z]} for z in (1.1, -1) for x in (-1, 1)]}),
+    ({**BROWN, "wetness": 1}, {"left": BROWN}),
+    ({**BLEACHED, "cortex": {"scattering": 1.5, "asymmetry": 0.2}}, {"left": BLEACHED}),
 ]
 
 

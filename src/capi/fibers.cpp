@@ -123,6 +123,9 @@ FiberParameters parameters_of(const tress_fiber& from) {
   to.medulla_scattering = from.medulla_scattering;
   to.medulla_asymmetry = from.medulla_asymmetry;
   to.medulla_absorption = from.medulla_absorption;
+  to.cortex_scattering = from.cortex_scattering;
+  to.cortex_asymmetry = from.cortex_asymmetry;
+  to.wetness = from.wetness;
   for (std::size_t i = 0; i < to.azimuthal_sigma.size(); ++i)
     if (from.azimuthal_sigma[i] != 0) to.azimuthal_sigma[i] = from.azimuthal_sigma[i];
   for (std::size_t i = 0; i < to.longitudinal_lambda.size(); ++i)
@@ -227,6 +230,8 @@ tress_result tress_fiber_round(tress_fiber* fiber, const float u[3]) noexcept {
     fiber->tilt = rounded.tilt;
     fiber->medulla_radius = rounded.medulla_radius;
     fiber->medulla_asymmetry = rounded.medulla_asymmetry;
+    fiber->cortex_asymmetry = rounded.cortex_asymmetry;
+    fiber->wetness = rounded.wetness;
     return {};
   });
 }

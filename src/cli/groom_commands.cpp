@@ -216,11 +216,17 @@ std::array<std::string, 3> modelled(const scene::Scene& scene) {
   std::vector<fiber::FiberParameters> materials;
   for (const scene::Material& material : scene.materials) materials.push_back(material.fiber);
   const fiber::ChosenModel chosen = fiber::default_model(materials, scene.fibers);
-  const bool has_medulla =
-      std::ranges::any_of(scene.fibers, [](const fiber::FiberParameters& one) { return one.medulla_radius > 0; });
+  std::string parts;
+  const auto add = [&](const char* name, auto&& has) {
+    if (std::ranges::any_of(scene.fibers, has)) parts += (parts.empty() ? "" : ", ") + std::string(name);
+  };
+  add("medulla", [](const fiber::FiberParameters& one) { return one.medulla_radius > 0; });
+  add("scattering cortex", [](const fiber::FiberParameters& one) { return one.cortex_scattering > 0; });
+  add("water", [](const fiber::FiberParameters& one) { return one.wetness > 0; });
   std::string fibers =
       fmt::format("model {}: {}", chosen.info->name, chosen.why.empty() ? "no material asks for another" : chosen.why);
-  fibers += !has_medulla ? ", no medulla" : chosen.info->has_medulla ? ", medulla traced" : ", medulla left out";
+  fibers +=
+      parts.empty() ? ", no medulla" : fmt::format(", {} {}", parts, chosen.info->has_parts ? "traced" : "left out");
   integrate::RenderOptions options;
   integrate::set_asked(scene.integrator, chosen.info->has_rows(), &options);
   if (fiber::has(*chosen.info, fiber::Asks::samples))

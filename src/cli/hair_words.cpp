@@ -96,9 +96,20 @@ std::vector<HairParameter> hair_parameters(const SliceDescription& slice) {
   }
   parameters.push_back({"roughness", as_typed(p[2])});
   parameters.push_back({"tilt_deg", degrees(p[3])});
-  if (p[4] <= 0) return parameters;
-  const char* const names[] = {"medulla", "medulla_scattering", "medulla_asymmetry", "medulla_absorption"};
-  for (std::size_t i = 0; i < 4; ++i) parameters.push_back({names[i], as_typed(p[4 + i])});
+  const char* const names[] = {"medulla",
+                               "medulla_scattering",
+                               "medulla_asymmetry",
+                               "medulla_absorption",
+                               "cortex_scattering",
+                               "cortex_asymmetry",
+                               "wetness"};
+  const auto of_part = [&](std::size_t from, std::size_t count) {
+    for (std::size_t i = from; p[4 + from] > 0 && i < from + count; ++i)
+      parameters.push_back({names[i], as_typed(p[4 + i])});
+  };
+  of_part(0, 4);
+  of_part(4, 2);
+  of_part(6, 1);
   return parameters;
 }
 

@@ -24,7 +24,7 @@ struct HairParameter {
   double value = 0;
 };
 /// For a slice of densities: eta, eccentricity and blur_deg. For one of samples: eta, eccentricity, roughness, tilt_deg
-/// and, if there is a medulla, its four parameters.
+/// and, if there are a medulla, a cortex that scatters or water, their parameters.
 std::vector<HairParameter> hair_parameters(const adaptive::SliceDescription& slice);
 
 /// The roughness whose usual widths have this blur. Empty if the blur is at a limit, or no roughness has it.

@@ -85,12 +85,16 @@ void log_model_lacks(const scene::Scene& scene, const std::string& model) {
         fmt::format("/integrator/near: left out by model {}, which has no rows or cannot trace its fibers; "
                     "models that have it: {}",
                     model, names(traces)));
-  if (info.has_medulla) return;
+  if (info.has_parts) return;
   for (const scene::Material& material : scene.materials) {
-    if (material.fiber.medulla_radius <= 0) continue;
-    log_warning(
-        fmt::format("material {}: medulla: left out by model {}, whose fibers have none; models that have it: {}",
-                    material.name, model, names([](const fiber::ModelInfo& other) { return other.has_medulla; })));
+    const std::pair<const char*, bool> parts[] = {{"medulla", material.fiber.medulla_radius > 0},
+                                                  {"cortex", material.fiber.cortex_scattering > 0},
+                                                  {"wetness", material.fiber.wetness > 0}};
+    for (const auto& [part, is_there] : parts)
+      if (is_there)
+        log_warning(fmt::format(
+            "material {}: {}: left out by model {}, whose fibers have none; models that have it: {}", material.name,
+            part, model, names([](const fiber::ModelInfo& other) { return other.has_parts; })));
   }
 }
 

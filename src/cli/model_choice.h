@@ -23,7 +23,8 @@ std::string refused_option(const std::vector<fiber::AskedOption>& asked, const s
 /// The same before a scene is read and without a named model: checks for options that no scene's model supports.
 std::string refused_by_all(const std::vector<fiber::AskedOption>& asked);
 
-/// Warns about what the scene asks for and the model lacks: medullas, hits that are traced near.
+/// Warns about what the scene asks for and the model lacks: parts of fibers (medulla, scattering cortex, water), hits
+/// that are traced near.
 void log_model_lacks(const scene::Scene& scene, const std::string& model);
 
 }  // namespace tress::cli

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "cli/hair_words.h"
 #include "cli/telemetry_lines.h"
@@ -33,26 +33,18 @@ adaptive::TelemetryWriter::Extra of_density(const adaptive::SliceKey& key, float
                           eta, e, sigma, degrees(phi_r), std::min(degrees(theta_d), 89.9), epsilon))}};
 }
 
-adaptive::TelemetryWriter::Extra of_samples(const adaptive::SliceKey& key, float theta_r, float phi_r) {
-  std::array<double, 8> p{};
-  std::ranges::transform(key.parameters, p.begin(), as_typed);
-  p[3] = degrees(key.parameters[3]);
-  Json fiber{{"eta", p[0]}, {"eccentricity", p[1]}, {"roughness", p[2]}, {"tilt_deg", p[3]}};
-  const bool has_medulla = p[4] > 0;
-  if (has_medulla) {
-    fiber["medulla"] = p[4];
-    fiber["medulla_scattering"] = p[5];
-    fiber["medulla_asymmetry"] = p[6];
-    fiber["medulla_absorption"] = p[7];
-  }
+adaptive::TelemetryWriter::Extra of_samples(const adaptive::SliceDescription& slice, float theta_r, float phi_r) {
+  const std::vector<HairParameter> p = hair_parameters(slice);
+  Json fiber;
+  for (const HairParameter& parameter : p) fiber[parameter.name] = parameter.value;
   adaptive::TelemetryWriter::Extra words{
       {"fiber", json_text(fiber)},
       {"angles", json_text(Json{{"theta_r_deg", degrees(theta_r)}, {"phi_r_deg", degrees(phi_r)}})}};
-  if (!has_medulla) {
+  if (p.size() == 4) {
     words.emplace("command",
                   json_text(fmt::format(
                       "tress-lab far-field --model rough --eta {} --e {} --alpha {} --tilt {} --theta-r {} --phi-r {}",
-                      p[0], p[1], p[2], p[3], degrees(theta_r), degrees(phi_r))));
+                      p[0].value, p[1].value, p[2].value, p[3].value, degrees(theta_r), degrees(phi_r))));
   }
   return words;
 }
@@ -65,7 +57,7 @@ adaptive::TelemetryWriter::Extra words_of_row(const adaptive::SliceDescription& 
   if (node >= slice.node_count()) return {};
   const float a = slice.axis_a[node / width], b = slice.axis_b[node % width];
   if (slice.kind == adaptive::SliceKind::samples)
-    return slice.key.lobe == fiber::rough_slice_lobe ? of_samples(slice.key, a, b) : adaptive::TelemetryWriter::Extra{};
+    return slice.key.lobe == fiber::rough_slice_lobe ? of_samples(slice, a, b) : adaptive::TelemetryWriter::Extra{};
   const std::uint32_t lobe = slice.key.lobe;
   const bool is_known = (lobe >= 1 && lobe <= 3) || lobe == fiber::glint_slice || lobe == fiber::trt_rest_slice;
   return is_known ? of_density(slice.key, a, b, epsilon) : adaptive::TelemetryWriter::Extra{};

@@ -81,7 +81,7 @@ void ClearEnergies::set(int node, const LobeMoments& moments) {
   };
   double sum = reflected;
   for (const Lobe lobe : named) sum += mass_of(lobe);
-  const double all = key_.medulla.absorption > 0 ? std::min(sum + mass_of(Lobe::residual), 1.0) : 1;
+  const double all = key_.parts.absorption > 0 ? std::min(sum + mass_of(Lobe::residual), 1.0) : 1;
   const double share = std::min(all / sum, 1.0);  // a series may overshoot 1
   const auto set_lobe = [&](Lobe lobe, double mass) {
     set(lobe, node, length_rule(moments.later[static_cast<std::size_t>(lobe)], length_decay(lobe), mass));

@@ -21,7 +21,8 @@ std::size_t hash_of(const FiberParameters& fiber) {
   };
   for (const float value : {fiber.eta, fiber.eccentricity, fiber.roughness, fiber.tilt}) add(value);
   for (const float value : {fiber.medulla_radius, fiber.medulla_scattering, fiber.medulla_asymmetry}) add(value);
-  add(fiber.medulla_absorption);
+  for (const float value : {fiber.medulla_absorption, fiber.cortex_scattering, fiber.cortex_asymmetry}) add(value);
+  add(fiber.wetness);
   add_color(fiber.sigma_a);
   for (const auto& sigma : fiber.azimuthal_sigma) add(sigma.value_or(-1.0f));
   for (const auto& lambda : fiber.longitudinal_lambda) add(lambda.value_or(-1.0f));

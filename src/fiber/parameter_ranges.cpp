@@ -54,6 +54,9 @@ std::optional<Misfit> misfit_of(const FiberParameters& of) {
   check.number("medulla_scattering", of.medulla_scattering, medulla_scattering_range);
   check.number("medulla_asymmetry", of.medulla_asymmetry, medulla_asymmetry_range);
   check.number("medulla_absorption", of.medulla_absorption, medulla_absorption_range);
+  check.number("cortex_scattering", of.cortex_scattering, cortex_scattering_range);
+  check.number("cortex_asymmetry", of.cortex_asymmetry, cortex_asymmetry_range);
+  check.number("wetness", of.wetness, wetness_range);
   check.angles("azimuthal_sigma", of.azimuthal_sigma, azimuthal_sigma_range_deg);
   check.angles("longitudinal_lambda", of.longitudinal_lambda, longitudinal_lambda_range_deg);
   if (of.published_widths) {

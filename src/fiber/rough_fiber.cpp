@@ -35,6 +35,7 @@ struct Surface {
   const Beckmann& facets;
   float index;  ///< index of the far side over that of this side
   bool from_inside;
+  bool is_outermost;                  ///< whether there is air beyond or on this side
   const glm::vec3 &outward, &facing;  ///< the fiber's normal; the normal of the face on this side
   glm::vec3 toward;
 };
@@ -53,11 +54,13 @@ FiberDirection RoughExit::angles() const {
 RoughFiber::RoughFiber(const FiberParameters& parameters, Masked masked)
     : masked_(masked),
       facets_(parameters.roughness),
+      film_(film_roughness(parameters.roughness)),
       eta_(parameters.eta),
       eccentricity_(parameters.eccentricity),
       tan_tilt_(std::tan(std::clamp(parameters.tilt, 0.0f, largest_tilt))),
       cos_tilt_(1 / std::sqrt(1 + tan_tilt_ * tan_tilt_)),
-      medulla_(Medulla::of(parameters)),
+      parts_(TracedParts::of(parameters)),
+      wetness_(parameters.wetness),
       sigma_a_(parameters.sigma_a) {}
 
 RoughEntry RoughFiber::entry(const FiberDirection& wr, float h) const {
@@ -73,8 +76,10 @@ glm::vec3 RoughFiber::outward_normal(const glm::vec2& point) const {
   return {0, normal.x, normal.y};
 }
 
-glm::vec3 RoughFiber::face(const glm::vec3& w, const glm::vec3& outward, float side, RandomStream& random) const {
-  if (!(tan_tilt_ > 0)) return side * outward;
+glm::vec3 RoughFiber::face(const Interface& at, const glm::vec3& w, const glm::vec3& outward,
+                           RandomStream& random) const {
+  const float side = at.side();
+  if (!(tan_tilt_ > 0) || !at.has_scales()) return side * outward;
   const glm::vec3 step(side, 0, 0), slope = side * (outward - tan_tilt_ * glm::vec3(1, 0, 0));
   const float seen_step = tan_tilt_ * std::max(glm::dot(w, step), 0.0f),
               seen_slope = std::max(glm::dot(w, slope), 0.0f);
@@ -87,7 +92,7 @@ glm::vec3 RoughFiber::toward_face(const glm::vec3& w, const glm::vec3& facing) {
 }
 
 InnerWay RoughFiber::cross(InnerRay& ray, RandomStream& random) const {
-  if (medulla_.is_there()) return cross_with_medulla(medulla_, eccentricity_, ray, random);
+  if (!parts_.are_plain()) return cross_interior(parts_, eccentricity_, ray, random);
   const glm::vec2 across(ray.direction.y, ray.direction.z / eccentricity_);
   const float length = std::max(-2 * glm::dot(ray.point, across), 0.0f) / std::max(glm::dot(across, across), 1e-12f);
   ray.point = onto_unit(ray.point + length * across);
@@ -105,39 +110,41 @@ FiberExit RoughFiber::place_of(const glm::vec2& point, const glm::vec3& directio
           true};
 }
 
-RoughFiber::Event RoughFiber::scatter(const glm::vec3& w, const glm::vec3& outward, bool from_inside,
+RoughFiber::Event RoughFiber::scatter(const Interface& at, const glm::vec3& w, const glm::vec3& outward,
                                       const std::array<float, 2>& u_facet, float u_choice, RandomStream& random) const {
-  const glm::vec3 facing = face(w, outward, from_inside ? -1.0f : 1.0f, random);
+  const glm::vec3 facing = face(at, w, outward, random);
   const glm::vec3 toward = toward_face(w, facing);
   if (masked_ == Masked::meets_others) {
-    const float index = from_inside ? 1 / eta_ : eta_;
-    const Departure leaves = walk_microsurface(facets_, index, toward, facing, u_facet, u_choice, random);
+    const Departure leaves = walk_microsurface(at.facets, at.index(), toward, facing, u_facet, u_choice, random);
     return {onto_unit(leaves.direction), leaves.refracted, 1};
   }
-  const glm::vec3 m = facets_.visible_normal(toward, facing, u_facet, random);
-  const double cos_i = std::clamp(static_cast<double>(glm::dot(toward, m)), 0.0, 1.0), eta = eta_;
+  const glm::vec3 m = at.facets.visible_normal(toward, facing, u_facet, random);
+  const double cos_i = std::clamp(static_cast<double>(glm::dot(toward, m)), 0.0, 1.0);
+  const bool thins = at.from_inside == (at.eta >= 1);
+  const double eta = at.eta >= 1 ? at.eta : 1 / at.eta;
   double cos_t;
-  const double reflected =
-      from_inside ? fresnel_leaving(eta, eta, cos_i, &cos_t) : fresnel_entering(eta, eta, cos_i, &cos_t);
+  const double reflected = thins ? fresnel_leaving(eta, eta, cos_i, &cos_t) : fresnel_entering(eta, eta, cos_i, &cos_t);
   Event event;
   event.refracted = static_cast<double>(u_choice) >= reflected;
   float side = 1;
   if (event.refracted) {
-    const double ratio = from_inside ? eta : 1 / eta;
+    const double ratio = thins ? eta : 1 / eta;
     event.direction = static_cast<float>(cos_i * ratio - cos_t) * m - static_cast<float>(ratio) * toward;
     side = -1;
   } else {
     event.direction = static_cast<float>(2 * cos_i) * m - toward;
   }
   event.direction = onto_unit(event.direction);
-  event.weight = facets_.unmasked(side * glm::dot(event.direction, facing));
+  event.weight = at.facets.unmasked(side * glm::dot(event.direction, facing));
   return event;
 }
 
-RoughFiber::Event RoughFiber::scatter_first(const glm::vec3& w, const glm::vec3& outward, const std::array<float, 4>& u,
-                                            RandomStream& random, float kept_inside) const {
-  const glm::vec3 facing = face(w, outward, 1, random);
-  const SplitDeparture split = split_microsurface(facets_, eta_, toward_face(w, facing), facing, {u[0], u[1]}, random);
+RoughFiber::Event RoughFiber::scatter_first(const Interface& at, const glm::vec3& w, const glm::vec3& outward,
+                                            const std::array<float, 4>& u, RandomStream& random,
+                                            float kept_inside) const {
+  const glm::vec3 facing = face(at, w, outward, random);
+  const SplitDeparture split =
+      split_microsurface(at.facets, at.eta, toward_face(w, facing), facing, {u[0], u[1]}, random);
   const float reflected = split.share_reflected, chance = chance_of_reflection(reflected, kept_inside);
   const bool reflects = u[2] < chance;
   const Departure& leaves = reflects ? split.reflected : split.refracted;
@@ -146,20 +153,26 @@ RoughFiber::Event RoughFiber::scatter_first(const glm::vec3& w, const glm::vec3&
 }
 
 float RoughFiber::first_reflection(const RoughEntry& entry, const FiberDirection& wi, float kept_inside) const {
+  const float dry = first_reflection(bare(false), entry, wi, kept_inside);
+  return wetness_ > 0 ? (1 - wetness_) * dry + wetness_ * first_reflection(film(false), entry, wi, kept_inside) : dry;
+}
+
+float RoughFiber::first_reflection(const Interface& at, const RoughEntry& entry, const FiberDirection& wi,
+                                   float kept_inside) const {
   const glm::vec3 outward = outward_normal(entry.point), w = entry.direction, sum = w + unit_vector(wi);
   const float length = glm::length(sum), toward = 0.5f * length;  // the cosine between w and the facet's normal
   if (!(length > least_cosine)) return 0;
   const glm::vec3 normal = sum / length;
-  const double eta = eta_;
+  const double eta = at.eta;
   double cos_t;
   const auto reflected =
       static_cast<float>(fresnel_entering(eta, eta, std::min(static_cast<double>(toward), 1.0), &cos_t));
   const auto by = [&](const glm::vec3& facing) {
-    const float seen = facets_.seen_area(glm::dot(toward_face(w, facing), facing));
-    return seen > 0 ? facets_.facet_area(glm::dot(normal, facing)) / (4 * seen) : 0.0f;
+    const float seen = at.facets.seen_area(glm::dot(toward_face(w, facing), facing));
+    return seen > 0 ? at.facets.facet_area(glm::dot(normal, facing)) / (4 * seen) : 0.0f;
   };
   float density = 0;
-  if (tan_tilt_ > 0) {
+  if (tan_tilt_ > 0 && at.has_scales()) {
     const glm::vec3 step(1, 0, 0), slope = outward - tan_tilt_ * step;
     const float seen_step = tan_tilt_ * std::max(w.x, 0.0f), seen_slope = std::max(glm::dot(w, slope), 0.0f);
     if (!(seen_step + seen_slope > 0)) return 0;
@@ -177,24 +190,33 @@ RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>&
   RoughExit exit;
   InnerRay ray{entry.point, entry.direction};
   glm::vec3 outward = outward_normal(ray.point), throughput(1.0f);
-  bool inside = false;
+  Medium medium = Medium::air;
+  bool outwards = false;
   const bool favors_reflection = kept_inside < 1 && masked_ == Masked::meets_others;
-  Event event = favors_reflection ? scatter_first(entry.direction, outward, u, random, kept_inside)
-                                  : scatter(entry.direction, outward, inside, {u[0], u[1]}, u[2], random);
+  const auto meet = [&](const auto& scatter_at) {
+    const Interface at = met(medium, outwards, random);
+    const Event event = scatter_at(at);
+    medium = at.after(event.refracted);
+    return event;
+  };
+  Event event = meet([&](const Interface& at) {
+    return favors_reflection ? scatter_first(at, entry.direction, outward, u, random, kept_inside)
+                             : scatter(at, entry.direction, outward, {u[0], u[1]}, u[2], random);
+  });
   float u_choice = u[3], along = -to_middle(entry.point, entry.direction);
   for (int events = 1; events < most_events; ++events, u_choice = random.next()) {
     throughput *= event.weight;
     if (!(largest(throughput) > 0)) return exit;
-    inside = inside != event.refracted;
     ray.direction = event.direction;
     const float away = glm::dot(event.direction, outward);
-    if (!inside && away > 0) {
+    outwards = away > 0;
+    if (medium == Medium::air && outwards) {
       exit.direction = event.direction;
       exit.throughput = throughput;
       exit.place = place_of(ray.point, event.direction, along);
       return exit;
     }
-    if (inside && away < 0) {
+    if (medium == Medium::fiber && away < 0) {
       ++exit.order;
       const InnerWay way = cross(ray, random);
       outward = outward_normal(ray.point);
@@ -209,7 +231,7 @@ RoughExit RoughFiber::trace(const RoughEntry& entry, const std::array<float, 4>&
       throughput *= roulette_below / kept;
     }
     const std::array<float, 2> u_facet{random.next(), random.next()};
-    event = scatter(-ray.direction, outward, inside, u_facet, u_choice, random);
+    event = meet([&](const Interface& at) { return scatter(at, -ray.direction, outward, u_facet, u_choice, random); });
   }
   return exit;
 }
@@ -250,7 +272,7 @@ class RoughFiber::Estimate {
   float kept(float weight, float path) const { return weight * largest(glm::exp(-fiber_.sigma_a_ * path)); }
   SplitDeparture meets(const Surface& surface, const SplitExit& light, const std::array<float, 2>& u_facet,
                        RandomStream& random) {
-    if (!(glm::dot(wi_, surface.outward) > 0)) {
+    if (!surface.is_outermost || !(glm::dot(wi_, surface.outward) > 0)) {
       return split_microsurface(surface.facets, surface.index, surface.toward, surface.facing, u_facet, random);
     }
     Outlook outlook{wi_, surface.from_inside};
@@ -314,19 +336,23 @@ void RoughFiber::follow_split(const RoughEntry& entry, const FacetNumbers& u, Ra
   struct Part {
     glm::vec3 direction;
     float weight = 0;
-    bool inside = false, away = false;
+    Medium medium = Medium::air;
+    bool away = false;
   };
   InnerRay ray{entry.point, entry.direction};
   glm::vec3 outward = outward_normal(ray.point), w = entry.direction;
-  bool inside = false;
+  Medium medium = Medium::air;
+  bool outwards = false;
   float weight = 1, path = 0;
   int order = 0;
   for (int events = 0; events < most_events; ++events) {
-    const glm::vec3 facing = face(w, outward, inside ? -1.0f : 1.0f, random);
+    const Interface at = met(medium, outwards, random);
+    const glm::vec3 facing = face(at, w, outward, random);
     const std::array<float, 2> u_facet = static_cast<std::size_t>(events) < u.size()
                                              ? u[static_cast<std::size_t>(events)]
                                              : std::array<float, 2>{random.next(), random.next()};
-    const Surface surface{facets_, inside ? 1 / eta_ : eta_, inside, outward, facing, toward_face(w, facing)};
+    const Surface surface{at.facets, at.index(), at.from_inside,        at.outer == Medium::air,
+                          outward,   facing,     toward_face(w, facing)};
     const SplitDeparture split = visitor.meets(surface, {order, weight, path, w}, u_facet, random);
     float kept = 0;
     std::array<Part, 2> parts;
@@ -334,9 +360,9 @@ void RoughFiber::follow_split(const RoughEntry& entry, const FacetNumbers& u, Ra
       const Departure& leaves = i == 0 ? split.reflected : split.refracted;
       const float share = i == 0 ? split.share_reflected : 1 - split.share_reflected;
       if (!(share > 0)) continue;
-      Part part{onto_unit(leaves.direction), weight * share, inside != leaves.refracted};
+      Part part{onto_unit(leaves.direction), weight * share, at.after(leaves.refracted)};
       part.away = glm::dot(part.direction, outward) > 0;
-      if (!part.inside && part.away) {
+      if (part.medium == Medium::air && part.away) {
         visitor.leaves({order, part.weight, path, part.direction});
         continue;
       }
@@ -347,9 +373,10 @@ void RoughFiber::follow_split(const RoughEntry& entry, const FacetNumbers& u, Ra
     const bool second = parts[1].weight > 0 && (!(parts[0].weight > 0) || random.next() * kept < parts[1].weight);
     const Part& chosen = parts[second ? 1 : 0];
     weight = kept;
-    inside = chosen.inside;
+    medium = chosen.medium;
+    outwards = chosen.away;
     ray.direction = chosen.direction;
-    if (inside && !chosen.away) {
+    if (medium == Medium::fiber && !chosen.away) {
       ++order;
       const InnerWay way = cross(ray, random);
       outward = outward_normal(ray.point);

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "fiber/beckmann.h"
-#include "fiber/medulla.h"
+#include "fiber/interior.h"
 #include "tress/base/random.h"
 #include "tress/fiber/lobes.h"
 #include "tress/fiber/parameters.h"
@@ -63,9 +63,15 @@ enum class Masked {
 /// tilted normal alone would lose half the light at 60 degrees, which the rising faces guide along the fiber. (The idea
 /// of the second face: Schuessler et al. 2017.) Without a tilt the fiber is that of fiber3d.csv.
 ///
-/// A medulla (FiberParameters) is entered without refraction. In it light makes free flights, scatters between them by
-/// Henyey and Greenstein's law, and keeps exp(-medulla_absorption l) over its length l; sigma_a absorbs in the cortex
-/// only. Scattered light keeps its order: the number of times it was inside.
+/// A medulla (FiberParameters) is entered without refraction. In it, and in a cortex that scatters, light makes free
+/// flights and scatters between them by Henyey and Greenstein's law. It keeps exp(-medulla_absorption l) over its
+/// length l in the medulla; sigma_a absorbs in the cortex only. Scattered light keeps its order: the number of times it
+/// was inside.
+///
+/// Water (FiberParameters::wetness) is a film without thickness: at each hit from outside or from inside the fiber
+/// light meets it with the probability of its share. The film's outer surface, between air and water, has no scales and
+/// the roughness film_roughness(). Under it the fiber's own surface lies between water and hair. Light is reflected
+/// between the two, at one place, until it leaves the film.
 ///
 /// Left out: diffraction, polarisation between events.
 ///
@@ -75,7 +81,8 @@ class RoughFiber {
   static constexpr float roulette_below = 0.02f;
   static constexpr int most_events = 1 << 16;  ///< a path that meets more surfaces counts as absorbed
 
-  /// Reads eta, eccentricity, roughness (alpha of every event), tilt, sigma_a and the medulla.
+  /// Reads eta, eccentricity, roughness (alpha of every event but at water), tilt, sigma_a, the medulla, the cortex and
+  /// the wetness.
   explicit RoughFiber(const FiberParameters& parameters, Masked masked = Masked::meets_others);
 
   float tan_tilt() const { return tan_tilt_; }
@@ -119,6 +126,31 @@ class RoughFiber {
  private:
   class Exits;
   class Estimate;
+  enum class Medium { air, film, fiber };
+  /// A surface between two media that light meets from one of them.
+  struct Interface {
+    const Beckmann& facets;
+    float eta;  ///< index of its inner medium over that of its outer one
+    Medium outer, inner;
+    bool from_inside;
+    bool has_scales() const { return inner == Medium::fiber; }
+    float index() const { return from_inside ? 1 / eta : eta; }  ///< of the far side over this side
+    float side() const { return from_inside ? -1.0f : 1.0f; }
+    Medium after(bool refracted) const { return refracted == from_inside ? outer : inner; }
+  };
+  /// The surfaces of the fiber without water, of the film, and of the fiber under it.
+  Interface bare(bool from_inside) const { return {facets_, eta_, Medium::air, Medium::fiber, from_inside}; }
+  Interface film(bool from_inside) const { return {film_, eta_of_water, Medium::air, Medium::film, from_inside}; }
+  Interface under_film(bool from_inside) const {
+    return {facets_, eta_ / eta_of_water, Medium::film, Medium::fiber, from_inside};
+  }
+  /// The surface that light meets. outwards: whether it heads away from the axis.
+  Interface met(Medium from, bool outwards, RandomStream& random) const {
+    if (from == Medium::film) return outwards ? film(true) : under_film(false);
+    const bool inside = from == Medium::fiber;
+    if (!(wetness_ > 0) || !(random.next() < wetness_)) return bare(inside);
+    return inside ? under_film(true) : film(false);
+  }
   /// Follows a path without choices at first facets; the visitor gets the light that leaves, and may look at a
   /// direction.
   template <class Visitor>
@@ -130,26 +162,29 @@ class RoughFiber {
     float weight;  ///< 0 if masked
   };
   /// Scatters light at the surface with the normal `outward`. w: unit, back to where the light comes from.
-  Event scatter(const glm::vec3& w, const glm::vec3& outward, bool from_inside, const std::array<float, 2>& u_facet,
+  Event scatter(const Interface& at, const glm::vec3& w, const glm::vec3& outward, const std::array<float, 2>& u_facet,
                 float u_choice, RandomStream& random) const;
   /// Moves a ray that is inside and heads for the surface to its next hit, and returns its way.
   InnerWay cross(InnerRay& ray, RandomStream& random) const;
   /// The direction as a surface sees it: clamped to its horizon.
   static glm::vec3 toward_face(const glm::vec3& w, const glm::vec3& facing);
-  /// The normal of the face of the cuticle that light from w meets, on its side; side: -1 inside.
-  glm::vec3 face(const glm::vec3& w, const glm::vec3& outward, float side, RandomStream& random) const;
+  /// The normal of the face of the surface that light from w meets, on its side.
+  glm::vec3 face(const Interface& at, const glm::vec3& w, const glm::vec3& outward, RandomStream& random) const;
   glm::vec3 outward_normal(const glm::vec2& point) const;
   /// The way along the axis from a point of the surface to where a line through it passes nearest to the axis.
   float to_middle(const glm::vec2& point, const glm::vec3& direction) const;
   FiberExit place_of(const glm::vec2& point, const glm::vec3& direction, float along) const;
   /// The event at the first facet, reflected with another probability than Fresnel's, as weights make up for.
-  Event scatter_first(const glm::vec3& w, const glm::vec3& outward, const std::array<float, 4>& u, RandomStream& random,
-                      float kept_inside) const;
+  Event scatter_first(const Interface& at, const glm::vec3& w, const glm::vec3& outward, const std::array<float, 4>& u,
+                      RandomStream& random, float kept_inside) const;
+  float first_reflection(const Interface& at, const RoughEntry& entry, const FiberDirection& wi,
+                         float kept_inside) const;
 
   Masked masked_;
-  Beckmann facets_;
+  Beckmann facets_, film_;
   float eta_, eccentricity_, tan_tilt_, cos_tilt_;
-  Medulla medulla_;
+  TracedParts parts_;
+  float wetness_;
   glm::vec3 sigma_a_;
 };
 

@@ -50,10 +50,12 @@ enum Field : std::size_t {
 };
 
 // Tags: the set in four bits; flags; the order, at most 7; the number of facets met on prepared numbers, at most 3; the
-// number of steps.
+// number of steps. In walks in_film means that a side of the surface is water, and on_film that it is the film's outer
+// surface. Light that is to draw `again` meets the film if it is_beyond.
 constexpr std::uint32_t is_inside = 1u << 4, crosses = 1u << 5, is_step = 1u << 6, again = 1u << 7, is_beyond = 1u << 8,
                         one_order = 1u << 9, most_orders = 7u << 9, one_facet = 1u << 12, most_facets = 3u << 12,
-                        in_core = 1u << 14, one_step = 1u << 16, most_steps = 0xffffu << 16;
+                        in_core = 1u << 14, in_film = 1u << 15, on_film = crosses, one_step = 1u << 16,
+                        most_steps = 0xffffu << 16;
 
 }  // namespace
 }  // namespace tress::inline v0_2::fiber
@@ -115,14 +117,14 @@ HWY_INLINE void LambdaOf(F c, F& lambda, F& bell) {
 }
 
 // cot(theta)/alpha of the angle to the normal; the cosine is taken as positive.
-HWY_INLINE F Steepness(F cosine, float inverse_alpha) {
+HWY_INLINE F Steepness(F cosine, F inverse_alpha) {
   const F up = hn::Max(hn::Abs(cosine), Splat(1e-7f));
   const F sine = hn::Sqrt(hn::Max(hn::NegMulAdd(up, up, Splat(1)), Splat(1e-14f)));
-  return hn::Div(hn::Mul(up, Splat(inverse_alpha)), sine);
+  return hn::Div(hn::Mul(up, inverse_alpha), sine);
 }
 
 // Whether light at a height, heading for that cosine above the mean surface, meets another facet. luck: in (0, 1].
-HWY_INLINE Mask Stays(F cosine, F log_of_below, F luck_number, float inverse_alpha) {
+HWY_INLINE Mask Stays(F cosine, F log_of_below, F luck_number, F inverse_alpha) {
   F lambda, bell;
   LambdaOf(Steepness(cosine, inverse_alpha), lambda, bell);
   const F leaves = Exp(hn::Mul(lambda, log_of_below));
@@ -238,13 +240,42 @@ HWY_INLINE void Append(LaneStack& to, const float* const (&rows)[fields], const 
   }
 }
 
+/// is_wet: whether there is water. Without it, all masks of water are left out.
+template <bool is_wet>
 struct Kernel {
   const RoughPaths::Constants& fiber;
   LaneStack& surface;
   LaneStack& walks;
   LaneStack& flights;
   LaneStack& exits;
-  float inverse_e = 1 / fiber.eccentricity, inverse_alpha = 1 / fiber.alpha, inverse_eta = 1 / fiber.eta;
+  float inverse_e = 1 / fiber.eccentricity;
+
+  static HWY_INLINE Mask Unless(Mask of_water, Mask mask) {
+    if constexpr (is_wet) return hn::AndNot(of_water, mask);
+    return mask;
+  }
+  static HWY_INLINE W WithFlag(W tags, Mask of_water, std::uint32_t flag) {
+    if constexpr (is_wet) return hn::Or(tags, FlagIf(of_water, flag));
+    return tags;
+  }
+
+  // The surfaces that lanes meet: their roughness, and the index beyond over that before.
+  struct Surface {
+    F alpha, inverse_alpha, ratio, inverse_ratio;
+  };
+  // inside: from inside. water: of those between air and water, or water and hair; outer: of the former.
+  HWY_INLINE Surface SurfaceOf(Mask inside, Mask water, Mask outer) const {
+    F alpha = Splat(fiber.alpha), inverse_alpha = Splat(1 / fiber.alpha);
+    F index = Splat(fiber.eta), inverse = Splat(1 / fiber.eta);
+    if constexpr (is_wet) {
+      const float under = fiber.eta / eta_of_water;
+      alpha = hn::IfThenElse(outer, Splat(fiber.film_alpha), alpha);
+      inverse_alpha = hn::IfThenElse(outer, Splat(1 / fiber.film_alpha), inverse_alpha);
+      index = hn::IfThenElse(outer, Splat(eta_of_water), hn::IfThenElse(water, Splat(under), index));
+      inverse = hn::IfThenElse(outer, Splat(1 / eta_of_water), hn::IfThenElse(water, Splat(1 / under), inverse));
+    }
+    return {alpha, inverse_alpha, hn::IfThenElse(inside, inverse, index), hn::IfThenElse(inside, index, inverse)};
+  }
 
   // Returns (0, y, z) of the outward normal at a point.
   HWY_INLINE void NormalAt(F x, F y, F& ny, F& nz) const {
@@ -255,17 +286,22 @@ struct Kernel {
   }
 
   // The normal of a face of the cuticle, on the side of light from outside (1) or inside (-1).
-  HWY_INLINE void FaceOf(Mask step, F side, F ny, F nz, F& fx, F& fy, F& fz) const {
+  HWY_INLINE void FaceOf(Mask step, Mask outer_film, F side, F ny, F nz, F& fx, F& fy, F& fz) const {
     const F by_cosine = hn::Mul(side, Splat(fiber.cos_tilt));
     fx = hn::IfThenElse(step, side, hn::Mul(by_cosine, Splat(-fiber.tan_tilt)));
     fy = hn::IfThenZeroElse(step, hn::Mul(by_cosine, ny));
     fz = hn::IfThenZeroElse(step, hn::Mul(by_cosine, nz));
+    if constexpr (is_wet) {  // water fills the scales
+      fx = hn::IfThenZeroElse(outer_film, fx);
+      fy = hn::IfThenElse(outer_film, hn::Mul(side, ny), fy);
+      fz = hn::IfThenElse(outer_film, hn::Mul(side, nz), fz);
+    }
   }
 
-  // Appends light that goes on: to the surface, or first through the fiber if there is a core. "through" is the weight
-  // of the light that crosses.
+  // Appends light that goes on: to the surface, or first through the fiber if it does not cross it straight. "through"
+  // is the weight of the light that crosses.
   HWY_INLINE void AppendOnward(const float* const (&rows)[surface_fields], const float* tags) {
-    if (!fiber.medulla.is_there()) return Append(surface, rows, rows[weight]);
+    if (fiber.parts.are_plain()) return Append(surface, rows, rows[weight]);
     alignas(64) float through[block], here[block];
     for (std::size_t i = 0; i < block; i += hn::Lanes(Floats())) {
       const Mask crossing = Has(GetWord(tags + i), crosses);
@@ -285,8 +321,8 @@ struct Kernel {
   }
 
   // Computes a facet's normal and the cosine to it. w: towards where light comes from, at that cosine to `f`.
-  HWY_INLINE void FacetNormal(F wx, F wy, F wz, F cosine, F sine, F fx, F fy, F fz, F x, F y, F& mx, F& my, F& mz,
-                              F& cos_i, F& cos_m) const {
+  HWY_INLINE void FacetNormal(F wx, F wy, F wz, F cosine, F sine, F fx, F fy, F fz, F alpha, F x, F y, F& mx, F& my,
+                              F& mz, F& cos_i, F& cos_m) const {
     const F inverse_sine = hn::Div(Splat(1), sine);
     F tx = hn::Mul(hn::NegMulAdd(cosine, fx, wx), inverse_sine),
       ty = hn::Mul(hn::NegMulAdd(cosine, fy, wy), inverse_sine),
@@ -301,7 +337,7 @@ struct Kernel {
       ty = hn::IfThenElse(upright, hn::Mul(ay, inverse), ty);
       tz = hn::IfThenElse(upright, hn::Mul(az, inverse), tz);
     }
-    const F a = hn::Mul(Splat(fiber.alpha), x), b = hn::Mul(Splat(fiber.alpha), y);
+    const F a = hn::Mul(alpha, x), b = hn::Mul(alpha, y);
     cos_m = hn::Div(Splat(1), hn::Sqrt(hn::MulAdd(a, a, hn::MulAdd(b, b, Splat(1)))));
     const F bx = hn::MulSub(fy, tz, hn::Mul(fz, ty)), by = hn::MulSub(fz, tx, hn::Mul(fx, tz)),
             bz = hn::MulSub(fx, ty, hn::Mul(fy, tx));
@@ -345,7 +381,7 @@ struct Kernel {
         const F across2 = hn::Max(hn::MulAdd(vy, vy, hn::Mul(across_z, across_z)), Splat(1e-12f));
         const F toward = hn::MulAdd(x, vy, hn::Mul(y, across_z));
         const F straight = hn::Max(hn::Div(hn::Mul(Splat(-2), toward), across2), zero);
-        const F chord = fiber.medulla.is_there() ? zero : hn::IfThenElseZero(crossing, straight);  // it has been moved
+        const F chord = fiber.parts.are_plain() ? hn::IfThenElseZero(crossing, straight) : zero;  // it has been moved
         x = hn::MulAdd(chord, vy, x);
         y = hn::MulAdd(chord, across_z, y);
         const F onto = hn::NegMulAdd(Splat(0.5f), hn::MulAdd(x, x, hn::Mul(y, y)), Splat(1.5f));
@@ -379,7 +415,17 @@ struct Kernel {
 
       F ny, nz, fx, fy, fz;
       NormalAt(x, y, ny, nz);
-      const Mask inside = Has(tags, is_inside);
+      Mask inside = Has(tags, is_inside), water = hn::MaskFromVec(zero), outer_film = water, covered = water;
+      if constexpr (is_wet) {
+        const Mask within = Has(tags, in_film), away = hn::Gt(hn::MulAdd(vy, ny, hn::Mul(vz, nz)), zero);
+        const Mask known = Has(tags, again), drawn = hn::Le(NumberOf(seeds, paths, 13), Splat(fiber.parts.wetness));
+        covered = hn::Or(hn::And(known, Has(tags, is_beyond)), hn::AndNot(known, drawn));
+        covered = hn::AndNot(within, covered);
+        water = hn::Or(within, covered);
+        outer_film = hn::Or(hn::And(within, away), hn::AndNot(inside, covered));
+        inside = hn::Or(inside, hn::And(within, away));
+      }
+      const auto [alpha, inverse_alpha, ratio, inverse_ratio] = SurfaceOf(inside, water, outer_film);
       const F side = hn::IfThenElse(inside, Splat(-1), Splat(1));
       F wx = hn::Neg(vx), wy = hn::Neg(vy), wz = hn::Neg(vz);
       Mask step = hn::MaskFromVec(zero);
@@ -390,8 +436,8 @@ struct Kernel {
         const F both = hn::Add(seen_step, hn::Max(to_slope, zero));
         step = hn::Lt(hn::Mul(NumberOf(seeds, paths, 0), both), seen_step);
         const Mask known = Has(tags, again), known_step = Has(tags, is_step);
-        step = hn::Or(hn::And(known, known_step), hn::AndNot(known, step));
-        FaceOf(step, side, ny, nz, fx, fy, fz);
+        step = Unless(outer_film, hn::Or(hn::And(known, known_step), hn::AndNot(known, step)));
+        FaceOf(step, outer_film, side, ny, nz, fx, fy, fz);
       } else {
         fx = zero;
         fy = hn::Mul(side, ny);
@@ -415,7 +461,7 @@ struct Kernel {
       const F flat_x = hn::NegMulAdd(cosine, fx, wx), flat_y = hn::NegMulAdd(cosine, fy, wy),
               flat_z = hn::NegMulAdd(cosine, fz, wz);
       const F sine = hn::Max(hn::Sqrt(Dot(flat_x, flat_y, flat_z, flat_x, flat_y, flat_z)), Splat(1e-6f));
-      const F c = hn::Div(hn::Mul(cosine, Splat(inverse_alpha)), sine);
+      const F c = hn::Div(hn::Mul(cosine, inverse_alpha), sine);
       F lambda, bell;
       LambdaOf(c, lambda, bell);
       const F log_b = hn::Max(hn::Div(Log(NumberOf(seeds, paths, 1)), hn::Add(lambda, Splat(1))), Splat(log_lowest));
@@ -428,9 +474,7 @@ struct Kernel {
       F slope_x, slope_y, mx, my, mz, cos_i, cos_m, reflected, cos_t;
       Mask rejected;
       FacetSlopes(c, bell, u0, u1, seeds, paths, 4, slope_x, slope_y, rejected);
-      FacetNormal(wx, wy, wz, cosine, sine, fx, fy, fz, slope_x, slope_y, mx, my, mz, cos_i, cos_m);
-      const F ratio = hn::IfThenElse(inside, Splat(inverse_eta), Splat(fiber.eta));
-      const F inverse_ratio = hn::IfThenElse(inside, Splat(fiber.eta), Splat(inverse_eta));
+      FacetNormal(wx, wy, wz, cosine, sine, fx, fy, fz, alpha, slope_x, slope_y, mx, my, mz, cos_i, cos_m);
       Fresnel(cos_i, ratio, inverse_ratio, reflected, cos_t);
 
       // The reflected and the refracted light, and how steeply they rise from their sides of the surface.
@@ -459,16 +503,17 @@ struct Kernel {
       const Mask outer_away = hn::Gt(hn::MulAdd(outer_y, ny, hn::Mul(outer_z, nz)), zero);
       const Mask inner_in = hn::Lt(hn::MulAdd(inner_y, ny, hn::Mul(inner_z, nz)), zero);
       const W inner_seed = BitsOf(seeds, paths, 9), outer_seed = BitsOf(seeds, paths, 10);
-      const W fewer = hn::AndNot(SplatWord(is_inside | crosses | is_step | again | is_beyond), tags);
+      const W fewer = hn::AndNot(SplatWord(is_inside | crosses | is_step | again | is_beyond | in_film), tags);
       const W onward = hn::Add(hn::Add(fewer, SplatWord(one_step)),
                                FlagIf(hn::RebindMask(Floats(), hn::Ne(facets_met, SplatWord(most_facets))), one_facet));
 
-      // Light that leaves.
+      // Light that leaves. Under the film it does not: it is in the film then.
+      const Mask to_film = Unless(outer_film, water), leaves_here = Unless(to_film, outer_away);
       Put(leaves.row[RoughPathExits::dx] + i, outer_x);
       Put(leaves.row[RoughPathExits::dy] + i, outer_y);
       Put(leaves.row[RoughPathExits::dz] + i, outer_z);
       Put(leaves.row[RoughPathExits::weight_field] + i,
-          hn::IfThenElseZero(hn::AndNot(outer_stays, outer_away), outer_light));
+          hn::IfThenElseZero(hn::AndNot(outer_stays, leaves_here), outer_light));
 
       // Light that goes on inside, or draws another facet here.
       const F inner_on = Kept(hn::IfThenZeroElse(inner_stays, inner_light), seeds, paths, 11);
@@ -477,7 +522,9 @@ struct Kernel {
       Put(goes_on.row[dy] + i, inner_y);
       Put(goes_on.row[dz] + i, inner_z);
       Put(goes_on.row[seed] + i, inner_seed);
-      Put(goes_on.row[tag] + i, hn::Or(hn::Or(onward, SplatWord(is_inside)), FlagIf(inner_in, crosses)));
+      W then_inside = hn::Or(SplatWord(is_inside), FlagIf(inner_in, crosses));
+      if constexpr (is_wet) then_inside = IfWords(outer_film, SplatWord(in_film), then_inside);
+      Put(goes_on.row[tag] + i, hn::Or(onward, then_inside));
       const F next_a = load(uc), next_b = load(ud), next_c = load(ue), next_d = load(uf);
       Put(goes_on.row[ua] + i, next_a);
       Put(goes_on.row[ub] + i, next_b);
@@ -493,8 +540,9 @@ struct Kernel {
         instead(dx, vx);
         instead(dy, vy);
         instead(dz, vz);
-        instead(tag, FloatsOf(hn::Or(hn::Add(hn::AndNot(SplatWord(is_step), tags), SplatWord(one_step)),
-                                     hn::Or(SplatWord(again), FlagIf(step, is_step)))));
+        const W kept = hn::Add(hn::AndNot(SplatWord(is_step | is_beyond), tags), SplatWord(one_step));
+        const W drawn = WithFlag(FlagIf(step, is_step), covered, is_beyond);
+        instead(tag, FloatsOf(hn::Or(kept, hn::Or(SplatWord(again), drawn))));
         instead(ua, next_c);
         instead(ub, next_d);
         instead(uc, next_a);
@@ -505,7 +553,8 @@ struct Kernel {
       const F inner_walks = hn::IfThenElseZero(inner_stays, inner_light),
               outer_walks = hn::IfThenElseZero(outer_stays, outer_light);
       const Mask first = hn::Gt(inner_walks, zero), second = hn::Gt(outer_walks, zero);
-      const W walk_tags = hn::Or(hn::Or(onward, FlagIf(inside, is_inside)), FlagIf(step, is_step));
+      const W walks_from = WithFlag(WithFlag(onward, water, in_film), outer_film, on_film);
+      const W walk_tags = hn::Or(hn::Or(walks_from, FlagIf(inside, is_inside)), FlagIf(step, is_step));
       const W inner_walk_tags = hn::Or(walk_tags, hn::AndNot(FlagIf(inside, is_beyond), SplatWord(is_beyond)));
       const W outer_walk_tags = hn::Or(walk_tags, FlagIf(inside, is_beyond));
       Put(stays.row[weight] + i, hn::IfThenElse(first, inner_walks, outer_walks));
@@ -529,8 +578,8 @@ struct Kernel {
         Put(also_stays.row[7] + i, outer_luck);
       }
 
-      // Light that has left its face outside and meets the fiber again.
-      const Mask outer_returns = hn::AndNot(hn::Or(outer_stays, outer_away), hn::Gt(outer_light, zero));
+      // Light that has left its face outside and meets the fiber again, or the film.
+      const Mask outer_returns = hn::AndNot(hn::Or(outer_stays, leaves_here), hn::Gt(outer_light, zero));
       Put(also_goes_on.row[0] + i, zero);
       if (Any(outer_returns)) {
         any_also_goes_on = true;
@@ -539,7 +588,7 @@ struct Kernel {
         Put(also_goes_on.row[2] + i, outer_y);
         Put(also_goes_on.row[3] + i, outer_z);
         Put(also_goes_on.row[4] + i, outer_seed);
-        Put(also_goes_on.row[5] + i, onward);
+        Put(also_goes_on.row[5] + i, WithFlag(onward, to_film, in_film));
       }
     }
 
@@ -602,8 +651,10 @@ struct Kernel {
       // outside and did.
       const Mask was_inside = Has(tags, is_inside), beyond = Has(tags, is_beyond),
                  now_inside = hn::Xor(was_inside, beyond);
+      const Mask outer_film = Has(tags, on_film), water = Has(tags, in_film);
+      const auto [alpha, inverse_alpha, ratio, inverse_ratio] = SurfaceOf(now_inside, water, outer_film);
       const F side = hn::IfThenElse(now_inside, Splat(-1), Splat(1));
-      FaceOf(Has(tags, is_step), side, ny, nz, fx, fy, fz);
+      FaceOf(Has(tags, is_step), outer_film, side, ny, nz, fx, fy, fz);
 
       // Moves to the next facet, which rising light meets with some probability; with `again` it is already there.
       const F rises = Dot(vx, vy, vz, fx, fy, fz), steep = Steepness(rises, inverse_alpha);
@@ -624,9 +675,7 @@ struct Kernel {
       Mask rejected;
       FacetSlopes(hn::IfThenElse(up, hn::Neg(steep), steep), bell, hn::Sub(NumberOf(seeds, paths, 0), Splat(0x1p-24f)),
                   NumberOf(seeds, paths, 1), seeds, paths, 2, slope_x, slope_y, rejected);
-      FacetNormal(wx, wy, wz, cosine, sine, fx, fy, fz, slope_x, slope_y, mx, my, mz, cos_i, cos_m);
-      const F ratio = hn::IfThenElse(now_inside, Splat(inverse_eta), Splat(fiber.eta));
-      const F inverse_ratio = hn::IfThenElse(now_inside, Splat(fiber.eta), Splat(inverse_eta));
+      FacetNormal(wx, wy, wz, cosine, sine, fx, fy, fz, alpha, slope_x, slope_y, mx, my, mz, cos_i, cos_m);
       Fresnel(cos_i, ratio, inverse_ratio, reflected, cos_t);
       const Mask passes = hn::Gt(NumberOf(seeds, paths, 5), reflected);
       const F along_m = hn::IfThenElse(passes, hn::MulSub(cos_i, inverse_ratio, cos_t), hn::Add(cos_i, cos_i));
@@ -653,16 +702,21 @@ struct Kernel {
 
       const Mask then_inside = hn::Xor(now_inside, passes);
       const F out = hn::MulAdd(oy, ny, hn::Mul(oz, nz));
-      const Mask exits_here = hn::AndNot(then_inside, hn::Gt(out, zero));
+      Mask to_film = hn::MaskFromVec(zero);
+      if constexpr (is_wet) {
+        to_film = hn::And(water, hn::Xor(hn::Not(then_inside), outer_film));
+      }
+      const Mask exits_here = Unless(to_film, hn::AndNot(then_inside, hn::Gt(out, zero)));
       const F left = hn::IfThenZeroElse(walks_on, light);
       Put(leaves.row[RoughPathExits::weight_field] + i, hn::IfThenElseZero(exits_here, left));
       Put(goes_on.row[weight] + i, Kept(hn::IfThenZeroElse(exits_here, left), seeds, paths, 8));
-      const W cleared = hn::AndNot(SplatWord(is_inside | is_step | is_beyond), next);
-      const Mask heads_in = hn::And(then_inside, hn::Lt(out, zero));
+      const W cleared = hn::AndNot(SplatWord(is_inside | is_step | is_beyond | in_film | on_film), next);
+      const Mask in_hair = Unless(to_film, then_inside), heads_in = hn::And(in_hair, hn::Lt(out, zero));
       Put(goes_on.row[dx] + i, ox);
       Put(goes_on.row[dy] + i, oy);
       Put(goes_on.row[dz] + i, oz);
-      Put(goes_on.row[tag] + i, hn::Or(cleared, hn::Or(FlagIf(then_inside, is_inside), FlagIf(heads_in, crosses))));
+      Put(goes_on.row[tag] + i,
+          hn::Or(WithFlag(cleared, to_film, in_film), hn::Or(FlagIf(in_hair, is_inside), FlagIf(heads_in, crosses))));
       const auto copy = [&](std::size_t f) HWY_ATTR { Put(stays.row[f] + i, load(f)); };
       copy(px);
       copy(py);
@@ -694,9 +748,12 @@ struct Kernel {
     return hn::Max(hn::Sub(hn::Sqrt(hn::MulAdd(b, b, c)), b), hn::Zero(Floats()));
   }
 
+  HWY_INLINE F CortexFlight(W seeds, W paths, std::uint32_t k) const {
+    return hn::Mul(Log(NumberOf(seeds, paths, k)), Splat(-1 / fiber.parts.cortex_scattering));
+  }
+
   // Turns a direction by Henyey and Greenstein's law.
-  HWY_INLINE void Scatter(W seeds, W paths, F& x, F& y, F& z) const {
-    const float g = fiber.medulla.asymmetry;
+  static HWY_INLINE void Scatter(float g, W seeds, W paths, F& x, F& y, F& z) {
     const F u = NumberOf(seeds, paths, 1);
     F cosine = hn::NegMulAdd(Splat(2), u, Splat(1));
     if (std::abs(g) >= 1e-3f) {
@@ -723,12 +780,13 @@ struct Kernel {
     OntoUnit(x, y, z);
   }
 
-  // The same as cross_with_medulla(): moves light from the surface to the core or past it, or by one flight in the
-  // core.
+  // The same as cross_interior(): moves light to the core, through it and to the surface, or to where it scatters on
+  // that way.
   HWY_NOINLINE void FlightBlock(const float* const (&in)[surface_fields], std::size_t count) {
     Stage<surface_fields> flies;
     alignas(64) float scattered[block], arrived[block];
-    const Medulla& core = fiber.medulla;
+    const TracedParts& core = fiber.parts;
+    const bool cortex_scatters = core.cortex_scattering > 0;
     const F zero = hn::Zero(Floats());
     for (std::size_t i = 0; i < block; i += hn::Lanes(Floats())) {
       if (i >= count) {
@@ -755,9 +813,16 @@ struct Kernel {
           hn::Sub(Splat(core.radius * core.radius), hn::MulAdd(near_x, near_x, hn::Mul(near_y, near_y))), inverse);
       const Mask meets = hn::And(hn::Gt(half2, zero), hn::Gt(middle, zero));
       const F half = hn::Sqrt(hn::Max(half2, zero));
-      const F to_core = hn::IfThenElseZero(hn::AndNot(within, meets), hn::Max(hn::Sub(middle, half), zero));
-      const F left = hn::IfThenElse(within, WayOut(x, y, vy, across_z, inverse, core.radius),
-                                    hn::IfThenElseZero(meets, hn::Add(half, half)));
+      F to_core = hn::IfThenElseZero(hn::AndNot(within, meets), hn::Max(hn::Sub(middle, half), zero));
+      F left = hn::IfThenElse(within, WayOut(x, y, vy, across_z, inverse, core.radius),
+                              hn::IfThenElseZero(meets, hn::Add(half, half)));
+      Mask turns = hn::MaskFromVec(zero);  // scatters in the cortex
+      if (cortex_scatters) {
+        const F flight = CortexFlight(seeds, paths, 5);
+        turns = hn::Lt(flight, to_core);
+        to_core = hn::Min(flight, to_core);
+        left = hn::IfThenZeroElse(turns, left);
+      }
       length = hn::Add(length, to_core);
 
       // Makes a flight in the core.
@@ -769,19 +834,33 @@ struct Kernel {
       if (core.absorption > 0) {
         light = Kept(hn::Mul(light, Exp(hn::Mul(flown, Splat(-core.absorption)))), seeds, paths, 3);
       }
-      const Mask scatters = hn::Lt(flight, left);
-      Put(scattered + i, hn::IfThenElseZero(scatters, light));
-      Put(arrived + i, hn::IfThenZeroElse(scatters, light));
+      const Mask stays = hn::Lt(flight, left);
+      Mask scatters = hn::Or(stays, turns);
 
       // Moves to the surface, or scatters.
-      const F rest = hn::IfThenZeroElse(scatters, WayOut(x, y, vy, across_z, inverse, 1));
+      F rest = hn::IfThenZeroElse(scatters, WayOut(x, y, vy, across_z, inverse, 1));
+      if (cortex_scatters) {
+        const F flight_on = CortexFlight(seeds, paths, 6);
+        turns = hn::Or(turns, hn::Lt(flight_on, rest));
+        scatters = hn::Or(stays, turns);
+        rest = hn::Min(flight_on, rest);
+      }
+      Put(scattered + i, hn::IfThenElseZero(scatters, light));
+      Put(arrived + i, hn::IfThenZeroElse(scatters, light));
       length = hn::Add(length, rest);
       x = hn::MulAdd(rest, vy, x);
       y = hn::MulAdd(rest, across_z, y);
       const F size = hn::Sqrt(hn::MulAdd(x, x, hn::Mul(y, y)));
       const F onto = hn::IfThenElse(scatters, Splat(1), hn::Div(Splat(1), hn::Max(size, Splat(1e-30f))));
       F sx = vx, sy = vy, sz = vz;
-      Scatter(seeds, paths, sx, sy, sz);
+      Scatter(core.asymmetry, seeds, paths, sx, sy, sz);
+      if (cortex_scatters) {
+        F tx = vx, ty = vy, tz = vz;
+        Scatter(core.cortex_asymmetry, seeds, paths, tx, ty, tz);
+        sx = hn::IfThenElse(turns, tx, sx);
+        sy = hn::IfThenElse(turns, ty, sy);
+        sz = hn::IfThenElse(turns, tz, sz);
+      }
       Put(flies.row[dx] + i, hn::IfThenElse(scatters, sx, vx));
       Put(flies.row[dy] + i, hn::IfThenElse(scatters, sy, vy));
       Put(flies.row[dz] + i, hn::IfThenElse(scatters, sz, vz));
@@ -792,7 +871,7 @@ struct Kernel {
       Put(flies.row[seed] + i, BitsOf(seeds, paths, 4));
       Put(flies.row[path] + i, paths);
       const W next = hn::Add(hn::AndNot(SplatWord(in_core), tags), SplatWord(one_step));
-      Put(flies.row[tag] + i, hn::Or(next, FlagIf(scatters, in_core)));
+      Put(flies.row[tag] + i, hn::Or(next, FlagIf(stays, in_core)));
       for (const std::size_t f : {ua, ub, uc, ud}) Put(flies.row[f] + i, load(f));
     }
     const auto& all = flies.row;
@@ -814,9 +893,10 @@ HWY_INLINE std::size_t TakeLast(LaneStack& stack, const float* (&in)[fields]) {
 }
 
 // Runs until nothing is left: flights or walks if there are 16 of them, else surface events, the newest first.
-void Follow(const RoughPaths::Constants& fiber, LaneStack& starts, LaneStack& surface, LaneStack& walks,
-            LaneStack& flights, LaneStack& exits) {
-  Kernel kernel{fiber, surface, walks, flights, exits};
+template <bool is_wet>
+HWY_INLINE void FollowAll(const RoughPaths::Constants& fiber, LaneStack& starts, LaneStack& surface, LaneStack& walks,
+                          LaneStack& flights, LaneStack& exits) {
+  Kernel<is_wet> kernel{fiber, surface, walks, flights, exits};
   const float *flight[surface_fields], *walk[walk_fields], *start[start_fields], *event[surface_fields];
   for (;;) {
     const bool at_surface = surface.size() + starts.size() > 0;
@@ -836,6 +916,12 @@ void Follow(const RoughPaths::Constants& fiber, LaneStack& starts, LaneStack& su
       return;
     }
   }
+}
+
+void Follow(const RoughPaths::Constants& fiber, LaneStack& starts, LaneStack& surface, LaneStack& walks,
+            LaneStack& flights, LaneStack& exits) {
+  return fiber.parts.wetness > 0 ? FollowAll<true>(fiber, starts, surface, walks, flights, exits)
+                                 : FollowAll<false>(fiber, starts, surface, walks, flights, exits);
 }
 
 // Places paths at their entries by scrambled points: h is in `x`, and the rest is filled in.
@@ -903,9 +989,10 @@ std::unique_ptr<RoughPaths::Memory>& RoughPaths::spare() {
 }
 
 RoughPaths::RoughPaths(const FiberParameters& parameters, const SplitRules& rules)
-    : fiber_(without_medulla(parameters)),
-      constants_{parameters.eccentricity, parameters.roughness, parameters.eta,    fiber_.tan_tilt(),
-                 fiber_.cos_tilt(),       rules.roulette_below, rules.longest_way, Medulla::of(parameters)},
+    : fiber_(without_parts(parameters)),
+      constants_{parameters.eccentricity, parameters.roughness, film_roughness(parameters.roughness),
+                 parameters.eta,          fiber_.tan_tilt(),    fiber_.cos_tilt(),
+                 rules.roulette_below,    rules.longest_way,    TracedParts::of(parameters)},
       memory_(std::move(spare())) {
   if (memory_ == nullptr) memory_ = std::make_unique<Memory>();
   memory_->starts.resize(0);

@@ -47,7 +47,7 @@ class RoughPaths {
  public:
   static constexpr std::uint32_t most_sets = 16;
 
-  /// Reads eta, eccentricity, roughness, tilt and the medulla.
+  /// Reads eta, eccentricity, roughness, tilt, the medulla, the cortex and the wetness.
   explicit RoughPaths(const FiberParameters& parameters, const SplitRules& rules = {});
   ~RoughPaths();
   RoughPaths(const RoughPaths&) = delete;
@@ -65,8 +65,8 @@ class RoughPaths {
 
   /// The fiber and the rules in the form that the vector code reads.
   struct Constants {
-    float eccentricity, alpha, eta, tan_tilt, cos_tilt, roulette_below, longest_way;
-    Medulla medulla;
+    float eccentricity, alpha, film_alpha, eta, tan_tilt, cos_tilt, roulette_below, longest_way;
+    TracedParts parts;
   };
 
  private:

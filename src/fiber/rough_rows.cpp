@@ -22,6 +22,7 @@ namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float largest_height = 12;
+constexpr std::size_t first_part = 4;  // among the parameters of a slice
 /// With a limit between 0.2 and 0.4, a path takes 0.6 to 0.7 of the time that it takes at 0.02. Standard errors of
 /// energies are then 0 to 10 % larger; below an alpha of 0.1 up to 20 %.
 constexpr float roulette_below = 0.25f;
@@ -36,7 +37,7 @@ FiberParameters clear_fiber(const adaptive::SliceKey& key) {
   fiber.eccentricity = key.parameters[1];
   fiber.roughness = key.parameters[2];
   fiber.tilt = key.parameters[3];
-  Medulla{key.parameters[4], key.parameters[5], key.parameters[6], key.parameters[7]}.give_to(fiber);
+  TracedParts::from(key.parameters.data() + first_part).give_to(fiber);
   fiber.sigma_a = glm::vec3(0.0f);
   return fiber;
 }
@@ -45,7 +46,7 @@ FiberParameters clear_fiber(const adaptive::SliceKey& key) {
 std::uint64_t key_of(const adaptive::SliceKey& slice, float a, float b, std::uint64_t stream) {
   std::uint64_t key = mix_bits(stream + slice.lobe);
   const auto add = [&key](float x) { key = mix_bits(key + std::bit_cast<std::uint32_t>(x + 0.0f)); };  // -0 is 0
-  for (const float x : slice.parameters) add(x);
+  for (const float x : slice.told_parameters(adaptive::SliceKey::usual_parameters)) add(x);
   add(a);
   add(b);
   return key;
@@ -122,7 +123,7 @@ adaptive::SliceDescription rough_slice(const FiberParameters& fiber) {
   slice.kind = adaptive::SliceKind::samples;
   slice.key.lobe = rough_slice_lobe;
   slice.key.parameters = {fiber.eta, fiber.eccentricity, fiber.roughness, fiber.tilt};
-  std::ranges::copy(Medulla::of(fiber).values(), slice.key.parameters.begin() + 4);
+  std::ranges::copy(TracedParts::of(fiber).values(), slice.key.parameters.begin() + first_part);
   std::vector<double> thetas;
   for (int theta = 0; theta <= 85; theta += 5) thetas.push_back(theta);
   thetas.push_back(87.5);

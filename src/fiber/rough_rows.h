@@ -14,8 +14,9 @@
 
 namespace tress::inline v0_2::fiber {
 
-/// SliceKey::lobe of slices of the rough target. Their parameters are {eta, eccentricity, roughness, tilt} and the
-/// medulla's radius, scattering, asymmetry and absorption, 0 without a medulla. Change this number whenever the mean of
+/// SliceKey::lobe of slices of the rough target. Their parameters are {eta, eccentricity, roughness, tilt} and
+/// TracedParts::values(): the medulla's radius, scattering, asymmetry and absorption, 0 without a medulla, the cortex's
+/// scattering and asymmetry, and the wetness. Change this number whenever the mean of
 /// a node's draws changes, so that rows of old caches are not used. Different draws with the same mean need no new
 /// number, because a row is tested on draws that it has not seen.
 constexpr std::uint32_t rough_slice_lobe = 16;

@@ -34,7 +34,7 @@ constexpr Steps eccentricities{ShapeSteps::eccentricity, eccentricity_range};
 constexpr Steps roughnesses{ShapeSteps::roughness, roughness_range};
 constexpr Steps tilts{ShapeSteps::tilt, any_tilt};
 constexpr Steps radii{ShapeSteps::medulla, medulla_radius_range},
-    asymmetries{ShapeSteps::medulla, medulla_asymmetry_range};
+    asymmetries{ShapeSteps::medulla, medulla_asymmetry_range}, wetnesses{ShapeSteps::wetness, wetness_range};
 
 }  // namespace
 
@@ -45,6 +45,8 @@ FiberParameters rounded_shape(FiberParameters fiber, const std::array<float, 3>&
   round(tilts, fiber.tilt, u[2]);
   round(radii, fiber.medulla_radius, u[2]);
   round(asymmetries, fiber.medulla_asymmetry, u[2]);
+  round(asymmetries, fiber.cortex_asymmetry, u[2]);
+  round(wetnesses, fiber.wetness, u[2]);
   return fiber;
 }
 
@@ -53,6 +55,8 @@ std::vector<FiberParameters> rounded_shapes(const FiberParameters& least, const 
   std::vector<FiberParameters> shapes{least};
   shapes[0].medulla_radius = radii.value(radii.at(least.medulla_radius, nearest));
   shapes[0].medulla_asymmetry = asymmetries.value(asymmetries.at(least.medulla_asymmetry, nearest));
+  shapes[0].wetness = wetnesses.value(wetnesses.at(least.wetness, nearest));
+  shapes[0].cortex_asymmetry = asymmetries.value(asymmetries.at(least.cortex_asymmetry, nearest));
   const auto multiply = [&](const Steps& steps, float FiberParameters::* member) {
     std::vector<FiberParameters> all;
     for (const FiberParameters& shape : shapes) {

@@ -22,8 +22,11 @@ std::uint64_t seed_of(const EnergyKey& key) {
   for (const float x : {key.eta, key.eccentricity, key.roughness, key.tilt}) {
     seed = mix_bits(seed + std::bit_cast<std::uint32_t>(x));
   }
-  if (!key.medulla.is_there()) return seed;
-  for (const float x : key.medulla.values()) seed = mix_bits(seed + std::bit_cast<std::uint32_t>(x));
+  if (key.parts == TracedParts{}) return seed;
+  constexpr std::size_t of_medulla = 4;
+  const auto values = key.parts.values();
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (i < of_medulla || values[i] != 0) seed = mix_bits(seed + std::bit_cast<std::uint32_t>(values[i]));
   return seed;
 }
 
@@ -60,7 +63,7 @@ EnergyKey energy_key(const FiberParameters& fiber) {
           fiber.tilt,
           fiber.split_glint ? azimuthal_sigmas(fiber)[1] : 0,
           std::max(1, static_cast<int>(std::lround(static_cast<float>(EnergyKey{}.paths) * fiber.energy_path_share))),
-          Medulla::of(fiber)};
+          TracedParts::of(fiber)};
 }
 
 double length_decay(Lobe lobe) {
@@ -88,7 +91,7 @@ TracedEnergies::Fields TracedEnergies::traced(const EnergyKey& key, std::size_t 
   parameters.eccentricity = key.eccentricity;
   parameters.roughness = key.roughness;
   parameters.tilt = key.tilt;
-  key.medulla.give_to(parameters);
+  key.parts.give_to(parameters);
   const RoughFiber fiber(parameters);
   const double phi = (static_cast<double>(node % azimuths_) + 0.5) * pi / 2 / static_cast<double>(azimuths_);
   const double theta =

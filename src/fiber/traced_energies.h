@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "fiber/medulla.h"
+#include "fiber/traced_parts.h"
 #include "tress/fiber/lobes.h"
 #include "tress/fiber/parameters.h"
 
@@ -17,7 +17,7 @@ struct EnergyKey {
   float roughness = 0.2f, tilt = 0;
   float glint_sigma = 0;  ///< blur of TRT if it is split into GLINT and the rest; else 0
   int paths = 320;        ///< per node; a round fiber has 12 times fewer nodes, 4 times the paths
-  Medulla medulla{};
+  TracedParts parts{};
   friend auto operator<=>(const EnergyKey&, const EnergyKey&) = default;
 };
 

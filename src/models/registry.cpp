@@ -31,7 +31,7 @@ constinit const ModelInfo rough_info{
     .make_target = make_elliptical_target,
     .make = [](const ModelSettings& s) { return *make_rough_model(s.estimator, s.service); },
     .conserves_energy = true,
-    .has_medulla = true,
+    .has_parts = true,
     .make_sampled_target = make_rough_target,
     .slices_of = [](const FiberParameters& fiber) { return std::vector{rough_slice(fiber)}; }};
 
@@ -50,7 +50,7 @@ constinit const ModelInfo fiber3d_info{
     .make_target = nullptr,
     .make = make_fiber3d,
     .conserves_energy = true,
-    .has_medulla = true};
+    .has_parts = true};
 
 ModelService make_service(const ModelInfo& info, const adaptive::Options& options) {
   ModelService made;

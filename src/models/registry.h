@@ -40,7 +40,7 @@ struct ModelInfo {
   bool conserves_energy = false;
   bool has_quadrature = false;  ///< whether it reads ModelSettings::quadrature_points
   bool has_corrected = false;   ///< whether it has that estimator besides fitted and exact
-  bool has_medulla = false;     ///< whether a fiber's medulla scatters; else it is left out
+  bool has_parts = false;       ///< whether fibers have a medulla, a cortex that scatters and water
   /// The target of its rows if it can only be sampled; null for all other models.
   std::unique_ptr<adaptive::SampledTarget> (*make_sampled_target)() = nullptr;
 

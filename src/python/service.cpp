@@ -488,11 +488,11 @@ adaptive::Options options_of(const py::dict& given) {
 void bind_reports(py::module_& module) {
   py::class_<adaptive::SliceDescription>(module, "Slice", "What a target is asked about: a grid of nodes.")
       .def_property_readonly("lobe", [](const adaptive::SliceDescription& self) { return self.key.lobe; })
-      .def_property_readonly(
-          "parameters",
-          [](const adaptive::SliceDescription& self) {
-            return py::tuple(py::cast(std::vector<float>(self.key.parameters.begin(), self.key.parameters.end())));
-          })
+      .def_property_readonly("parameters",
+                             [](const adaptive::SliceDescription& self) {
+                               const auto all = self.key.told_parameters(adaptive::SliceKey::usual_parameters);
+                               return py::tuple(py::cast(std::vector<float>(all.begin(), all.end())));
+                             })
       .def_readonly("axis_a", &adaptive::SliceDescription::axis_a)
       .def_readonly("axis_b", &adaptive::SliceDescription::axis_b)
       .def_readonly("blur_rad", &adaptive::SliceDescription::blur_rad);

@@ -232,6 +232,25 @@ TEST(CacheFormat, SlicesOfSamplesAreAKindAndAVersionOfTheirOwn) {
   EXPECT_EQ(encode_cache(densities), encode_cache(small_image()));
 }
 
+TEST(CacheFormat, ParametersBeyondTheUsualOnesNeedAVersionOfTheirOwn) {
+  TableSnapshot image = samples_image();
+  const std::string usual = encode_cache(image);
+  image.slices.back().description.key.parameters.back() = 0.5f;
+  const std::string bytes = encode_cache(image);
+  EXPECT_EQ(get_u64(bytes, 8) & 0xffffffffu, 4u);
+  EXPECT_EQ(bytes.size(), usual.size() + 4 * 8 * image.slices.size());
+  const Result<TableSnapshot> read = decode_cache(bytes, model, "hair.cache");
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->slices.back().description.key, image.slices.back().description.key);
+  EXPECT_EQ(encode_cache(*read), bytes);
+
+  std::string as_three = bytes, as_four = usual;
+  put(&as_three, 8, 3, 4);
+  put(&as_four, 8, 4, 4);
+  expect_refused(as_three, "more parameters in version 3");
+  expect_refused(as_four, "the usual parameters in version 4");
+}
+
 TEST(CacheFormat, RefusesWrongSlicesAndRowsOfSamplesBehindValidChecksums) {
   const std::string good = encode_cache(samples_image());
   const std::size_t slice = samples_slice(good), row = samples_row(good), part = row + 28 + 8;
@@ -336,15 +355,15 @@ TEST(CacheFormat, NeverCrashesOnFlipsBehindValidChecksums) {
 TEST(CacheFormat, RefusesForeignAndLaterFilesByName) {
   const std::string bytes = encode_cache(small_image());
   std::string later = bytes;
-  put(&later, 8, format::version_of_samples + 1, 4);
+  put(&later, 8, format::version_of_parameters + 1, 4);
   const Error version = decode_cache(later, model, "hair.cache").error();
-  EXPECT_EQ(version.message(), "hair.cache: byte 8: expected format version 1 to 3, found later version 4");
+  EXPECT_EQ(version.message(), "hair.cache: byte 8: expected format version 1 to 4, found later version 5");
 
   // As a machine that writes the highest byte first would have it.
   std::string turned = bytes;
   put(&turned, 8, std::uint32_t{1} << 24, 4);
   EXPECT_EQ(decode_cache(turned, model, "hair.cache").error().message(),
-            "hair.cache: byte 8: expected format version 1 to 3, found version 1 with its highest byte first");
+            "hair.cache: byte 8: expected format version 1 to 4, found version 1 with its highest byte first");
 
   const Error other = decode_cache(bytes, "elliptical-2", "hair.cache").error();
   EXPECT_EQ(other.place, "byte 16");

@@ -26,6 +26,8 @@ class DefaultModel : public CommandTest {
     write_text(path("flat.json"), scene_with(R"(, "principled": {"melanin": 0.5, "aspect_ratio": 0.7})"));
     write_text(path("node.json"), scene_with(R"(, "chiang_hair_bsdf": {"cuticle_angle": 0.51})"));
     write_text(path("marrow.json"), scene_with(R"(, "azimuthal_sigma_deg": {"TT": 12}, "medulla": {"radius": 0.5})"));
+    write_text(path("wet.json"),
+               scene_with(R"(, "azimuthal_sigma_deg": {"TT": 12}, "cortex": {"scattering": 1}, "wetness": 1)"));
   }
   static std::string scene_with(const std::string& keys) {
     return R"({"camera": {"frame": true}, "image": {"width": 16, "height": 16, "samples": 8},
@@ -126,6 +128,9 @@ TEST_F(DefaultModel, WarnsOfAMedullaThatTheModelHasNot) {
   EXPECT_THAT(notes, HasSubstr(warning));
   EXPECT_EQ(model_of("marrow.json", {"--model", "rough"}), "rough");
   EXPECT_THAT(notes, Not(HasSubstr("left out")));
+  model_of("wet.json", {});
+  for (const char* part : {"cortex", "wetness"})
+    EXPECT_THAT(notes, HasSubstr(std::string("material hair: ") + part + ": left out by model elliptical"));
 }
 
 /// As where it comes from: by the lobes that the node has (scenes/blender/README.md).

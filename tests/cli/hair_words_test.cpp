@@ -70,6 +70,11 @@ TEST(HairWords, NamesWhatTwoSlicesDifferInAndWhichIsNearest) {
   EXPECT_EQ(hair_differences(with, without).size(), 2u);
   EXPECT_EQ(hair_differences(without, with).back().there, hair_differences(with, without).back().here);
   EXPECT_EQ(lobe_word(with), "rough");
+  fiber::FiberParameters wet;
+  wet.cortex_scattering = 1.5f;
+  wet.wetness = 1;
+  EXPECT_EQ(hair_words(fiber::rough_slice(wet)),
+            hair_words(without) + ", cortex_scattering 1.5, cortex_asymmetry 0, wetness 1");
 }
 
 TEST(HairWords, ABlurAtALimitHasNoRoughness) {

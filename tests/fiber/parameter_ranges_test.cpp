@@ -29,7 +29,9 @@ TEST(ParameterRanges, TakeTheirEnds) {
     fiber.longitudinal_lambda.fill((low ? 0.25f : 45.0f) * degree);
     fiber.medulla_radius = low ? 0.0f : 0.95f;
     fiber.medulla_scattering = fiber.medulla_absorption = low ? 0.0f : 100.0f;
-    fiber.medulla_asymmetry = low ? -0.95f : 0.95f;
+    fiber.medulla_asymmetry = fiber.cortex_asymmetry = low ? -0.95f : 0.95f;
+    fiber.cortex_scattering = low ? 0.0f : 20.0f;
+    fiber.wetness = low ? 0.0f : 1.0f;
     fiber.gain.fill(glm::vec3(low ? 0.0f : 100.0f));
     fiber.energy_path_share = low ? 0.01f : 1.0f;
     EXPECT_EQ(fiber::out_of_range(fiber), nullptr);
@@ -49,6 +51,9 @@ TEST(ParameterRanges, NameWhatIsOutOfThem) {
       {"medulla_scattering", [](auto& f, float x) { f.medulla_scattering = x; }},
       {"medulla_asymmetry", [](auto& f, float x) { f.medulla_asymmetry = 1000 * x; }},
       {"medulla_absorption", [](auto& f, float x) { f.medulla_absorption = x; }},
+      {"cortex_scattering", [](auto& f, float x) { f.cortex_scattering = x; }},
+      {"cortex_asymmetry", [](auto& f, float x) { f.cortex_asymmetry = 1000 * x; }},
+      {"wetness", [](auto& f, float x) { f.wetness = x; }},
       {"gain", [](auto& f, float x) { f.gain[5].z = x; }},
       {"energy_path_share", [](auto& f, float x) { f.energy_path_share = x; }}};
   for (const auto& [name, set] : members) {

@@ -16,14 +16,14 @@ using fiber::FiberParameters;
 
 constexpr fiber::SplitRules rules{0.25f, 1e30f};
 
-/// One fiber with all that a path can meet, one with all but a core.
+/// One fiber with all that a path can meet, one that light crosses straight.
 std::vector<FiberParameters> fibers() {
   FiberParameters fiber;
   fiber.eccentricity = 0.75f;
   fiber.roughness = 0.2f;
   fiber.tilt = 0.05236f;
   std::vector<FiberParameters> both{fiber};
-  fiber::Medulla{0.7f, 4, 0.4f, 0.1f}.give_to(fiber);
+  fiber::TracedParts{0.7f, 4, 0.4f, 0.1f, 0.5f, -0.2f, 0.5f}.give_to(fiber);
   both.push_back(fiber);
   return both;
 }

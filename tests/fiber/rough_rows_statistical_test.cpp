@@ -81,23 +81,24 @@ ByPart<test::SampleMean> of_rows(const FiberParameters& parameters, const FiberD
 }
 
 // At nodes, in quadrants that are folded: energies and first moments by part, clear and absorbed, agree within 5
-// standard errors of both. 384 comparisons at 8 configurations: 3e-4 with 64 streams, whose spread is a t law's.
+// standard errors of both. 480 comparisons at 10 configurations: 4e-4 with 64 streams, whose spread is a t law's.
 TEST(rough_rows_statistics, draws_are_what_whole_paths_give) {
   struct Cell {
     float eccentricity, alpha, tilt_deg, theta_deg, phi_deg;
-    fiber::Medulla medulla{};
+    fiber::TracedParts parts{};
   };
   constexpr float degree = std::numbers::pi_v<float> / 180;
   double largest = 0;
   for (const Cell& cell :
        {Cell{0.85f, 0.2f, 3, 30, 45}, Cell{0.5f, 0.1f, 0, -60, 172.5f}, Cell{1, 0.3f, 3, -80, 30},
         Cell{0.75f, 0.05f, 3, 0, -97.5f}, Cell{0.6f, 0.3f, 0, -80, -45}, Cell{0.85f, 0.02f, 5, -60, 7.5f},
-        Cell{0.9f, 0.2f, 0, -30, 172.5f, {0.7f, 4, 0.4f, 0}}, Cell{0.7f, 0.1f, 3, 40, 30, {0.5f, 20, -0.3f, 1}}}) {
+        Cell{0.9f, 0.2f, 0, -30, 172.5f, {0.7f, 4, 0.4f, 0}}, Cell{0.7f, 0.1f, 3, 40, 30, {0.5f, 20, -0.3f, 1}},
+        Cell{0.8f, 0.2f, 3, 30, 45, {0, 0, 0, 0, 1.5f, 0.2f}}, Cell{0.8f, 0.2f, 3, 30, 45, {0, 0, 0, 0, 0, 0, 1}}}) {
     FiberParameters parameters;
     parameters.eccentricity = cell.eccentricity;
     parameters.roughness = cell.alpha;
     parameters.tilt = cell.tilt_deg * degree;
-    cell.medulla.give_to(parameters);
+    cell.parts.give_to(parameters);
     const FiberDirection wr{cell.theta_deg * degree, cell.phi_deg * degree};
     const auto whole = of_whole_paths(parameters, wr, test::scaled(200000));
     const auto rows = of_rows(parameters, wr, 64, static_cast<std::uint32_t>(test::scaled(1024)));

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "fiber/medulla.h"
+#include "fiber/traced_parts.h"
 #include "tress/fiber/elliptical_model.h"
 
 namespace {
@@ -99,7 +99,7 @@ TEST(RoughRows, PlacesAndDirectionsAreInverse) {
 }
 
 FiberParameters with_medulla(FiberParameters fiber) {
-  fiber::Medulla{0.7f, 4, 0.4f, 0}.give_to(fiber);
+  fiber::TracedParts{0.7f, 4, 0.4f, 0, 0.5f, -0.2f, 0.5f}.give_to(fiber);
   return fiber;
 }
 

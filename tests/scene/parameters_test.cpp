@@ -51,6 +51,7 @@ TEST(Parameters, HaveASentenceEachAndARangeWithoutGaps) {
 
 TEST(Parameters, KeysOfAnObjectAreThoseOfTheTable) {
   using Keys = std::vector<std::string>;
+  EXPECT_EQ(keys_at("/materials/17/cortex"), (Keys{"scattering", "asymmetry"}));
   EXPECT_EQ(keys_at("/materials/17/medulla"), (Keys{"radius", "scattering", "asymmetry", "absorption"}));
   EXPECT_EQ(keys_at("/materials/0/azimuthal_sigma_deg"), (Keys{"TT", "TRT", "TRRT"}));
   EXPECT_EQ(keys_at("/environment/sky/sun"), keys_at("/lights/0/distant"));

@@ -44,6 +44,9 @@ TEST(SceneFile, NamesThePathAndTheExpectation) {
       {R"({"materials": [{"variation": {"eccentricity": 0.3}}], )" + groom + "}",
        "/materials/0/variation/eccentricity"},
       {R"({"materials": [{"medulla": {"scattering": 3}}], )" + groom + "}", "/materials/0/medulla"},
+      {R"({"materials": [{"cortex": {"asymmetry": 0.5}}], )" + groom + "}", "/materials/0/cortex"},
+      {R"({"materials": [{"cortex": {"scattering": 21}}], )" + groom + "}", "/materials/0/cortex/scattering"},
+      {R"({"materials": [{"wetness": 1.5}], )" + groom + "}", "/materials/0/wetness"},
       {R"({"materials": [{"medulla": {"radius": 0.5, "asymmetry": 1}}], )" + groom + "}",
        "/materials/0/medulla/asymmetry"},
       {R"({"materials": [{"color": "red"}], )" + groom + "}", "/materials/0/color"},
@@ -105,6 +108,15 @@ TEST(SceneFile, ReadsLights) {
     const auto found = message(R"({"lights": [)" + light + "], " + groom + "}");
     EXPECT_NE(found.find(place), std::string::npos) << found;
   }
+}
+
+TEST(SceneFile, ReadsCortexAndWater) {
+  const auto scene =
+      parsed(R"({"materials": [{"cortex": {"scattering": 1.5, "asymmetry": -0.2}, "wetness": 0.5}], )" + groom + "}");
+  const auto& hair = scene.materials.at(0).fiber;
+  EXPECT_EQ(hair.cortex_scattering, 1.5f);
+  EXPECT_EQ(hair.cortex_asymmetry, -0.2f);
+  EXPECT_EQ(hair.wetness, 0.5f);
 }
 
 TEST(SceneFile, ReadsTheMedulla) {

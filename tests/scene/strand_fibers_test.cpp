@@ -231,6 +231,11 @@ TEST(StrandFibers, NumbersOfSourcesKeepTheirMean) {
   EXPECT_LT(std::abs(z_of_mean(scene, 1.5, [](const auto& f) { return double{f.medulla_scattering}; })), largest_z);
   set(FiberNumber::medulla_asymmetry, -0.73f, 0.12f);
   EXPECT_LT(std::abs(z_of_mean(scene, -0.305, [](const auto& f) { return double{f.medulla_asymmetry}; })), largest_z);
+  set(FiberNumber::cortex_scattering, 0, 3);
+  EXPECT_LT(std::abs(z_of_mean(scene, 1.5, [](const auto& f) { return double{f.cortex_scattering}; })), largest_z);
+  set(FiberNumber::wetness, 0.1f, 0.8f);
+  EXPECT_LT(std::abs(z_of_mean(scene, 0.45, [](const auto& f) { return double{f.wetness}; })), largest_z);
+  EXPECT_EQ(scene.fibers.size(), 5u);  // 0 to 1 by 0.25
   scene.materials[0].numbers = {};
   scene.materials[0].gain[0] = random(0, 1.5f);
   ASSERT_FALSE(assign_fibers(&scene));

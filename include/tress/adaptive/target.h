@@ -20,14 +20,16 @@ namespace tress::inline v0_2::adaptive {
 struct SliceKey {
   /// The number of parameters of a slice of densities.
   static constexpr std::size_t density_parameters = 3;
+  /// The number of parameters of most slices of samples; a cache holds the others only if one of them is not 0.
+  static constexpr std::size_t usual_parameters = 8;
   std::uint32_t lobe = 0;
   /// Slices of densities use the first density_parameters; their others are 0.
-  std::array<float, 8> parameters{};
+  std::array<float, 16> parameters{};
 
-  /// The parameters without trailing zeros, but at least density_parameters of them.
-  std::span<const float> told_parameters() const {
+  /// The parameters without trailing zeros, but at least so many of them.
+  std::span<const float> told_parameters(std::size_t least = density_parameters) const {
     std::size_t count = parameters.size();
-    while (count > density_parameters && parameters[count - 1] == 0) --count;
+    while (count > least && parameters[count - 1] == 0) --count;
     return {parameters.data(), count};
   }
 

@@ -25,6 +25,9 @@ inline constexpr ParameterRange medulla_radius_range{0, 0.95};
 inline constexpr ParameterRange medulla_scattering_range{0, 100};
 inline constexpr ParameterRange medulla_asymmetry_range{-0.95, 0.95};
 inline constexpr ParameterRange medulla_absorption_range{0, 100};
+inline constexpr ParameterRange cortex_scattering_range{0, 20};
+inline constexpr ParameterRange cortex_asymmetry_range = medulla_asymmetry_range;
+inline constexpr ParameterRange wetness_range{0, 1};
 inline constexpr ParameterRange gain_range{0, 100};
 inline constexpr double largest_gain = 1e15;
 

@@ -41,11 +41,18 @@ struct FiberParameters {
   glm::vec3 sigma_a{1.3f * 0.419f, 1.3f * 0.697f, 1.3f * 1.37f};  ///< absorption per major semi-axis, >= 0, RGB
   /// A concentric core, as in fur: an ellipse of this share, [0, 0.95], of the semi-axes; 0: no medulla. It has the
   /// cortex's index, so light enters it straight, and no pigment: sigma_a applies to the cortex alone. Only the models
-  /// `rough` and `fiber3d` have a medulla.
+  /// `rough` and `fiber3d` have a medulla, and a cortex that scatters.
   float medulla_radius = 0;
   float medulla_scattering = 0;  ///< coefficient, per major semi-axis, [0, 100]
   float medulla_asymmetry = 0;   ///< g of Henyey and Greenstein's phase function, [-0.95, 0.95]; > 0: forward
   float medulla_absorption = 0;  ///< coefficient, grey, per major semi-axis, [0, 100]
+  /// Of the cortex, as of the medulla: what makes light of bleached or grey hair diffuse. The cortex has pigment too,
+  /// so light is colored by the length of its bent way.
+  float cortex_scattering = 0;  ///< coefficient, per major semi-axis, [0, 20]
+  float cortex_asymmetry = 0;   ///< [-0.95, 0.95]
+  /// Share of the surface that a thin film of water covers, [0, 1]. It follows the fiber, fills the gaps between the
+  /// scales, and its outer surface is smoother. For the models `rough` and `fiber3d`.
+  float wetness = 0;
   /// Overrides by lobe, TT, TRT, TRRT: blur of the exit azimuth (standard deviation), [0.5, 45] degrees ...
   std::array<std::optional<float>, 3> azimuthal_sigma{};
   /// ... and logistic scale in theta_h, R, TT, TRT, TRRT, [0.25, 45] degrees.

@@ -8,9 +8,11 @@
 
 namespace tress::inline v0_2::fiber {
 
-/// Steps of rounded_shape(), from 0: eccentricity; roughness and tilt in radians; radius and asymmetry of the medulla.
+/// Steps of rounded_shape(), from 0: eccentricity; roughness and tilt in radians; radius of the medulla, and
+/// asymmetries; wetness.
 struct ShapeSteps {
-  static constexpr double eccentricity = 0.01, roughness = 0x1.1df46a2529d39p-6, tilt = roughness / 2, medulla = 0.05;
+  static constexpr double eccentricity = 0.01, roughness = 0x1.1df46a2529d39p-6, tilt = roughness / 2, medulla = 0.05,
+                          wetness = 0.25;
 };
 
 /// Rounds the numbers that are part of a row's slice to the step below or above, so that their means over u, uniform
@@ -20,8 +22,8 @@ struct ShapeSteps {
 FiberParameters rounded_shape(FiberParameters fiber, const std::array<float, 3>& u);
 
 /// All that rounded_shape() returns for fibers between two, number by number, in ascending order: the product of the
-/// steps of the eccentricity, the roughness and the tilt. The first fiber gives what is not rounded, and the medulla,
-/// which is rounded to the nearest step. Any thread.
+/// steps of the eccentricity, the roughness and the tilt. The first fiber gives what is not rounded, and medulla,
+/// cortex and wetness, which are rounded to the nearest step. Any thread.
 std::vector<FiberParameters> rounded_shapes(const FiberParameters& least, const FiberParameters& most);
 
 }  // namespace tress::inline v0_2::fiber

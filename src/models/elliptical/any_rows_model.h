@@ -24,7 +24,7 @@ class AnyRowsModel : public RowModel {
   AnyRowsModel(Estimator estimator, adaptive::Service* service);
 
   std::string name() const override { return "elliptical"; }
-  FiberId make_fiber(const FiberParameters& parameters) override { return fibers_.add(without_medulla(parameters)); }
+  FiberId make_fiber(const FiberParameters& parameters) override { return fibers_.add(without_parts(parameters)); }
   std::size_t bytes() const override { return fibers_.bytes(); }
   bool tells_excess() const override { return estimator_ == Estimator::fitted; }
   glm::vec3 excess(const FiberEvent& event, const FiberDirection& wi, float place) const override;

@@ -57,12 +57,11 @@ constexpr float similar_eccentricity = 0.0101f, similar_roughness = 1.101f;
 /// Whether coarse rows of the one fiber are nearer to the other's scattering than a coarse row of 512 paths is to its
 /// own (bench/README.md, calibration). The keys are those of rough_slice().
 bool are_similar(const adaptive::SliceKey& a, const adaptive::SliceKey& b) {
-  const auto& [eta, e, roughness, tilt, medulla, scattering, asymmetry, absorption] = a.parameters;
+  const auto& own = a.parameters;
   const auto& other = b.parameters;
-  return std::array{eta, tilt, medulla, scattering, asymmetry, absorption} ==
-             std::array{other[0], other[3], other[4], other[5], other[6], other[7]} &&
-         (e < 1) == (other[1] < 1) && std::abs(e - other[1]) <= similar_eccentricity &&
-         std::max(roughness, other[2]) <= similar_roughness * std::min(roughness, other[2]);
+  return own[0] == other[0] && std::equal(own.begin() + 3, own.end(), other.begin() + 3) &&
+         (own[1] < 1) == (other[1] < 1) && std::abs(own[1] - other[1]) <= similar_eccentricity &&
+         std::max(own[2], other[2]) <= similar_roughness * std::min(own[2], other[2]);
 }
 
 }  // namespace

@@ -65,8 +65,8 @@ class Mesh(MeshKeys):
 @dataclass(kw_only=True, slots=True)
 class Material(MaterialKeys):
     """A fiber and how strands of it differ. At most one of color, hair, melanin and sigma_a, or principled,
-    chiang_hair_bsdf or marschner alone in place of them. Of colors, roughness, eccentricity, tilt, medulla, gains,
-    presence and thickness a dict says how they vary along a strand and from strand to strand ("Sources" in
+    chiang_hair_bsdf or marschner alone in place of them. Of colors, roughness, eccentricity, tilt, medulla, cortex,
+    wetness, gains, presence and thickness a dict says how they vary along a strand and from strand to strand ("Sources" in
     scenes/README.md): `color={"root": [0.1, 0.05, 0.02], "tip": [0.7, 0.5, 0.3]}`."""
 
 

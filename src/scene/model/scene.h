@@ -97,9 +97,12 @@ enum class FiberNumber : std::uint8_t {
   medulla_radius,
   medulla_scattering,
   medulla_asymmetry,
-  medulla_absorption
+  medulla_absorption,
+  cortex_scattering,
+  cortex_asymmetry,
+  wetness
 };
-constexpr std::size_t fiber_numbers = 6;
+constexpr std::size_t fiber_numbers = 9;
 
 struct Material {
   std::string name = "brown";

@@ -53,7 +53,11 @@ constexpr std::array<NumberGrid, fiber_numbers> grids{
      {"medulla/scattering", &fiber::FiberParameters::medulla_scattering, fiber::medulla_scattering_range, 0},
      {"medulla/asymmetry", &fiber::FiberParameters::medulla_asymmetry, fiber::medulla_asymmetry_range,
       1 / ShapeSteps::medulla},
-     {"medulla/absorption", &fiber::FiberParameters::medulla_absorption, fiber::medulla_absorption_range, 0}}};
+     {"medulla/absorption", &fiber::FiberParameters::medulla_absorption, fiber::medulla_absorption_range, 0},
+     {"cortex/scattering", &fiber::FiberParameters::cortex_scattering, fiber::cortex_scattering_range, 0},
+     {"cortex/asymmetry", &fiber::FiberParameters::cortex_asymmetry, fiber::cortex_asymmetry_range,
+      1 / ShapeSteps::medulla},
+     {"wetness", &fiber::FiberParameters::wetness, fiber::wetness_range, 1 / ShapeSteps::wetness}}};
 constexpr auto the_eccentricity = static_cast<std::size_t>(FiberNumber::eccentricity);
 
 /// What of a fiber may vary, as places in FiberKey::steps: FiberNumber, then these.

@@ -20,9 +20,9 @@ constexpr std::size_t most_fibers = 1024;
 /// it depends neither on the order of grooms nor on the strand's place. A value that varies is rounded at every hit, to
 /// either neighbour at random, so that its mean is kept: rounded once for a strand, it would be seen. Only the
 /// eccentricity, which is the strand's shape too, is rounded once, to 0.01. The tilt is rounded to 0.5 degrees and the
-/// roughness to 1 degree; given widths follow the rounded one. The medulla's radius and asymmetry are rounded to 0.05,
-/// its coefficients, the gains and the absorption to powers of color_ratio. All widths of a node's fiber
-/// (Material::has_node_widths) get one factor in whole steps of 0.05. Values that do not vary are the material's.
+/// roughness to 1 degree; given widths follow the rounded one. The medulla's radius and all asymmetries are rounded to
+/// 0.05, the wetness to 0.25, coefficients, gains and the absorption to powers of color_ratio. All widths of a node's
+/// fiber (Material::has_node_widths) get one factor in whole steps of 0.05. Values that do not vary are the material's.
 /// Errors name /materials/N: a variation that leaves the range of its value, an eccentricity that varies along strands,
 /// or too many distinct fibers.
 std::optional<Error> assign_fibers(Scene* scene);

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -89,16 +90,12 @@ std::optional<Source>* number_of(Material* material, FiberNumber number) {
   return &material->numbers[static_cast<std::size_t>(number)];
 }
 
-void read_medulla(const JsonReader& json, Material* material) {
-  if (!json.object() || !json.need({"radius"})) return;
-  fiber::FiberParameters& fiber = material->fiber;
-  const auto read = [&](const char* key, FiberNumber number) {
-    return read_number_of(json, key, number_of(material, number)).value_or(0);
-  };
-  fiber.medulla_radius = read("radius", FiberNumber::medulla_radius);
-  fiber.medulla_scattering = read("scattering", FiberNumber::medulla_scattering);
-  fiber.medulla_asymmetry = read("asymmetry", FiberNumber::medulla_asymmetry);
-  fiber.medulla_absorption = read("absorption", FiberNumber::medulla_absorption);
+/// Reads numbers of a part of the fiber, by key; those that are not there are 0.
+void read_part(const JsonReader& json, Material* material,
+               const std::vector<std::tuple<const char*, FiberNumber, float fiber::FiberParameters::*>>& numbers) {
+  if (!json.object() || !json.need({std::get<0>(numbers[0])})) return;
+  for (const auto& [key, number, member] : numbers)
+    material->fiber.*member = read_number_of(json, key, number_of(material, number)).value_or(0);
 }
 
 StrandVariation read_variation(const JsonReader& json) {
@@ -162,7 +159,18 @@ Material read_material(const JsonReader& json, std::size_t index) {
   if (json.has("presence")) material.presence = read_source(json, "presence", read_number(glm::vec3(1.0f)));
   if (json.has("thickness")) material.thickness = read_source(json, "thickness", read_number(glm::vec3(1.0f)));
   if (const auto x = read_number_of(json, "tilt_deg", number_of(&material, FiberNumber::tilt), degree)) fiber.tilt = *x;
-  if (json.has("medulla")) read_medulla(json.child("medulla"), &material);
+  if (const auto x = read_number_of(json, "wetness", number_of(&material, FiberNumber::wetness))) fiber.wetness = *x;
+  using Fiber = fiber::FiberParameters;
+  if (json.has("medulla"))
+    read_part(json.child("medulla"), &material,
+              {{"radius", FiberNumber::medulla_radius, &Fiber::medulla_radius},
+               {"scattering", FiberNumber::medulla_scattering, &Fiber::medulla_scattering},
+               {"asymmetry", FiberNumber::medulla_asymmetry, &Fiber::medulla_asymmetry},
+               {"absorption", FiberNumber::medulla_absorption, &Fiber::medulla_absorption}});
+  if (json.has("cortex"))
+    read_part(json.child("cortex"), &material,
+              {{"scattering", FiberNumber::cortex_scattering, &Fiber::cortex_scattering},
+               {"asymmetry", FiberNumber::cortex_asymmetry, &Fiber::cortex_asymmetry}});
   if (json.has("dye") && !json.has("melanin") && !json.has("hair"))
     json.fail("dye", "this key beside \"melanin\" or \"hair\" only", "it without");
   if (!json.has("principled") && !json.has("chiang_hair_bsdf") && !json.has("marschner")) read_color(json, &material);

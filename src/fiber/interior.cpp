@@ -1,4 +1,4 @@
-#include "fiber/medulla.h"
+#include "fiber/interior.h"
 
 #include <algorithm>
 #include <cmath>
@@ -45,36 +45,58 @@ glm::vec3 scattered(const glm::vec3& direction, float g, RandomStream& random) {
 
 }  // namespace
 
-InnerWay cross_with_medulla(const Medulla& medulla, float eccentricity, InnerRay& ray, RandomStream& random) {
+InnerWay cross_interior(const TracedParts& parts, float eccentricity, InnerRay& ray, RandomStream& random) {
   InnerWay way;
   Line line(ray.direction, eccentricity);
-  const float middle = -glm::dot(ray.point, line.across) / line.across2;
-  const glm::vec2 nearest = ray.point + middle * line.across;
-  const float half2 = (medulla.radius * medulla.radius - glm::dot(nearest, nearest)) / line.across2;
-  if (half2 > 0 && middle > 0) {
-    const float half = std::sqrt(half2);
-    way.cortex = std::max(middle - half, 0.0f);
-    way.along = way.cortex * ray.direction.x;
-    ray.point += way.cortex * line.across;
-    float left = 2 * half;
-    for (int met = 0;; ++met) {
-      const float flight = medulla.scattering > 0 ? -std::log(1 - random.next()) / medulla.scattering
-                                                  : std::numeric_limits<float>::infinity();
-      const float flown = std::min(flight, left);
-      way.kept *= std::exp(-medulla.absorption * flown);
-      ray.point += flown * line.across;
-      way.along += flown * ray.direction.x;
-      if (!(flight < left)) break;
-      if (met == most_scatterings || !(way.kept > 0)) return {way.cortex, 0};
-      ray.direction = scattered(ray.direction, medulla.asymmetry, random);
-      line = Line(ray.direction, eccentricity);
-      left = line.way_out(ray.point, medulla.radius);
+  const auto flight = [&random](float scattering) {
+    return scattering > 0 ? -std::log(1 - random.next()) / scattering : std::numeric_limits<float>::infinity();
+  };
+  const auto fly = [&](float length) {
+    ray.point += length * line.across;
+    way.along += length * ray.direction.x;
+  };
+  const auto scatter = [&](float asymmetry) {
+    ray.direction = scattered(ray.direction, asymmetry, random);
+    line = Line(ray.direction, eccentricity);
+  };
+  int met = 0;
+  float in_core = 0;  // the way through the core from here, if `within`
+  bool within = false, was_within = false;
+  for (;;) {
+    if (within) {
+      const float flies = flight(parts.scattering), flown = std::min(flies, in_core);
+      way.kept *= std::exp(-parts.absorption * flown);
+      fly(flown);
+      if (flies < in_core) {
+        if (met++ == most_scatterings || !(way.kept > 0)) return {way.cortex, 0};
+        scatter(parts.asymmetry);
+        in_core = line.way_out(ray.point, parts.radius);
+      } else {
+        within = false;
+        was_within = true;
+      }
+      continue;
+    }
+    const float middle = -glm::dot(ray.point, line.across) / line.across2;
+    const glm::vec2 nearest = ray.point + middle * line.across;
+    const float half2 = (parts.radius * parts.radius - glm::dot(nearest, nearest)) / line.across2;
+    const bool meets = half2 > 0 && middle > 0 && !was_within;
+    const float half = meets ? std::sqrt(half2) : 0;
+    const float left = meets ? std::max(middle - half, 0.0f) : line.way_out(ray.point, 1);
+    const float flies = flight(parts.cortex_scattering), flown = std::min(flies, left);
+    way.cortex += flown;
+    fly(flown);
+    if (flies < left) {
+      if (met++ == most_scatterings) return {way.cortex, 0};
+      scatter(parts.cortex_asymmetry);
+      was_within = false;
+    } else if (meets) {
+      within = true;
+      in_core = 2 * half;
+    } else {
+      break;
     }
   }
-  const float rest = line.way_out(ray.point, 1);
-  way.cortex += rest;
-  way.along += rest * ray.direction.x;
-  ray.point += rest * line.across;
   const float size = glm::length(ray.point);
   ray.point = size > 0 ? ray.point / size : glm::vec2(1, 0);
   return way;
