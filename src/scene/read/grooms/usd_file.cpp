@@ -521,7 +521,7 @@ class UsdReader {
     take_attributes(prims, here, &set);
     if (failed()) return;
     if (auto error = builder_.add(std::move(set))) error_ = error;
-    if (animated_ && !frame_) builder_.file().remarks.push_back("it is animated: the first time sample is used");
+    if (animated_ && !frame_) builder_.file().remarks.emplace_back("it is animated: the first time sample is used");
     builder_.file().is_animated = builder_.file().is_animated || animated_;
   }
 
