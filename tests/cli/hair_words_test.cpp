@@ -74,7 +74,7 @@ TEST(HairWords, NamesWhatTwoSlicesDifferInAndWhichIsNearest) {
   wet.cortex_scattering = 1.5f;
   wet.wetness = 1;
   EXPECT_EQ(hair_words(fiber::rough_slice(wet)),
-            hair_words(without) + ", cortex_scattering 1.5, cortex_asymmetry 0, wetness 1");
+            hair_words(without) + ", cortex scattering 1.5, cortex asymmetry 0, wetness 1");
 }
 
 TEST(HairWords, ABlurAtALimitHasNoRoughness) {
