@@ -70,6 +70,8 @@ def scripts(tress, folder):
         ("image/models.py", [python, os.path.join(ROOT, "bench", "image", "models.py"), os.path.dirname(tress), "--spp", "1",
                              "--seeds", "3", "--truth", "0", "--only", "curly lock, light", "-o",
                              os.path.join(folder, "models.json")]),
+        ("image/varying_cost.py", [python, os.path.join(ROOT, "bench", "image", "varying_cost.py"), os.path.dirname(tress), "--spp",
+                                   "1", "--seeds", "2"]),
         ("shots/kills.py", [python, os.path.join(ROOT, "bench", "shots", "kills.py"), os.path.dirname(tress), "--kills", "2",
                             "--spp", "4"]),
         ("shots/live_page.py", [python, os.path.join(ROOT, "bench", "shots", "live_page.py"), os.path.dirname(tress), "--rounds", "1",

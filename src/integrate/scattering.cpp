@@ -58,7 +58,7 @@ glm::vec3 diffuse_at(const scene::Mesh& mesh, const geometry::Hit& hit) {
 
 std::uint32_t fiber_of(const scene::Scene& scene, const geometry::Hit& hit) {
   const scene::Groom& groom = scene.grooms[hit.groom];
-  if (groom.first_choice.empty()) return groom.choices.front().fiber;
+  if (groom.choices_a_station == 0) return groom.choices.front().fiber;
   RandomStream of_hit(bits_of(hit.position.x, hit.position.y), bits_of(hit.position.z, hit.lateral));
   const std::size_t station = groom.station_at(hit.strand, hit.place, of_hit.next());
   return groom.fiber_at(station, of_hit.next());

@@ -54,13 +54,12 @@ inline scene::Scene straight_scene(const std::vector<StraightStrand>& strands, b
   const fiber::FiberParameters parameters = scene.fibers[0];
   scene.fibers.clear();
   scene.grooms[0].choices.clear();
+  scene.grooms[0].choices_a_station = 1;
   for (std::size_t i = 0; i < strands.size(); ++i) {
     scene.fibers.push_back(parameters);
     scene.fibers.back().eccentricity = strands[i].eccentricity;
-    scene.grooms[0].first_choice.push_back(static_cast<std::uint32_t>(i));
     scene.grooms[0].choices.push_back({0, static_cast<std::uint16_t>(i)});
   }
-  scene.grooms[0].first_choice.push_back(static_cast<std::uint32_t>(strands.size()));
   return scene;
 }
 

@@ -86,11 +86,9 @@ TEST(StrandPlace, HitsBetweenTwoColorsAreOfBothByHowNearTheyAre) {
   const geometry::FiberScene fibers(scene);
   scene::Groom& groom = scene.grooms[0];
   groom.choices.clear();  // every station another, and none between two absorptions
-  for (std::size_t station = 0; station + 1 < groom.first_choice.size(); ++station) {
-    groom.first_choice[station] = static_cast<std::uint32_t>(station);
+  groom.choices_a_station = 1;
+  for (std::size_t station = 0; station < groom.first_station(1); ++station)
     groom.choices.push_back({0, static_cast<std::uint16_t>(station)});
-  }
-  groom.first_choice.back() = static_cast<std::uint32_t>(groom.choices.size());
   const auto stations = static_cast<float>(groom.stations_a_segment);
   RandomStream random(11);
   constexpr int n = 20000;

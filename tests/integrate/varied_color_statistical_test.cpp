@@ -100,11 +100,9 @@ TEST(VariedColor, OfEachStrandIsTheColorThatItIsGiven) {
   scene::Scene once = varied;
   scene::Groom& groom = once.grooms[0];
   groom.choices.clear();
-  for (std::uint32_t strand = 0; strand < strand_count; ++strand) {
-    groom.first_choice[strand] = strand;
+  groom.choices_a_station = 1;
+  for (std::uint32_t strand = 0; strand < strand_count; ++strand)
     groom.choices.push_back({0, static_cast<std::uint16_t>(varied.grooms[0].fiber_at(strand, random.next()))});
-  }
-  groom.first_choice.back() = strand_count;
   const std::vector<Mean> found = by_strand(varied), expected = by_strand(exact), of_once = by_strand(once);
   std::size_t off = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {

@@ -274,11 +274,10 @@ struct Groom {
   std::vector<Instance> instances = {};
   std::uint32_t first_instance = 0;  ///< the number of its first instance in mattes, of those of its object
   std::uint32_t material = 0;
-  /// The fibers of hits, per strand, or per station if strands vary along their length (station_at()): those of i are
-  /// choices[first_choice[i]] to before choices[first_choice[i + 1]]. If first_choice is empty, all have the one
-  /// choice.
-  std::vector<std::uint32_t> first_choice = {};
+  /// The fibers of hits, per strand, or per station if strands vary along their length (station_at()): as many choices
+  /// for each, in ascending order, the last one repeated. If choices_a_station is 0, there is one choice for all.
   std::vector<FiberChoice> choices = {};
+  std::uint32_t choices_a_station = 0;
   /// The number of equal parts into which stations divide each segment of a strand; root and tip are stations too. 0:
   /// strands do not vary along their length.
   std::uint32_t stations_a_segment = 0;
@@ -323,11 +322,12 @@ struct Groom {
   /// Index into Scene::fibers for a hit at a strand or station. u in [0, 1) rounds what varies; the means over uniform
   /// u are the values of the station.
   std::uint32_t fiber_at(std::size_t station, float u) const {
-    if (first_choice.empty()) return choices.front().fiber;
+    if (choices_a_station == 0) return choices.front().fiber;
     const auto of_hit = static_cast<std::uint32_t>(65536 * u);
-    std::uint32_t choice = first_choice[station + 1] - 1;
-    while (choices[choice].from > of_hit) --choice;
-    return choices[choice].fiber;
+    const FiberChoice* first = &choices[station * choices_a_station];
+    std::uint32_t choice = choices_a_station - 1;
+    while (first[choice].from > of_hit) --choice;
+    return first[choice].fiber;
   }
   /// The presence at a place, linear between stations, if `presence` is not empty. place: in segments from the root.
   float presence_at(std::uint32_t strand, float place) const {

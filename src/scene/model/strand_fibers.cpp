@@ -473,14 +473,12 @@ void set_raised(const BetweenSteps& between, std::vector<Raised>* raised) {
 /// The fibers of a scene by their keys, and those of the hits on its grooms.
 struct Assignment {
   std::map<FiberKey, std::uint32_t> keys;
-  std::vector<std::vector<std::uint32_t>> first_choice;  ///< by groom, as in Groom
-  std::vector<std::vector<FiberChoice>> choices;
+  std::vector<std::vector<FiberChoice>> choices;  ///< by groom: of one place after the other, each beginning at 0
 };
 
 /// If there are more than `most` fibers, only some are returned, and no choices. most: at most 65536.
 Assignment assignment(const Scene& scene, double ratio, std::size_t most) {
   Assignment all;
-  all.first_choice.resize(scene.grooms.size());
   all.choices.resize(scene.grooms.size());
   std::map<FiberKey, std::uint32_t> lower;                     // the numbers of keys that are rounded down
   std::unordered_map<std::uint64_t, std::uint32_t> of_raised;  // the number of a lower key with raised steps
@@ -490,7 +488,6 @@ Assignment assignment(const Scene& scene, double ratio, std::size_t most) {
     if (last == lower.end() || between.key != last->first)
       last = lower.try_emplace(between.key, static_cast<std::uint32_t>(lower.size())).first;
     set_raised(between, &raises);
-    all.first_choice[groom].push_back(static_cast<std::uint32_t>(all.choices[groom].size()));
     for (const Raised& now : raises) {
       const auto [of, is_new] = of_raised.try_emplace(std::uint64_t{last->second} << 32 | now.places, 0);
       if (is_new) {
@@ -513,6 +510,30 @@ Assignment assignment(const Scene& scene, double ratio, std::size_t most) {
   for (auto& choices : all.choices)
     for (FiberChoice& choice : choices) choice.fiber = order[choice.fiber];
   return all;
+}
+
+/// Gives all places of a groom as many choices.
+void set_choices(std::vector<FiberChoice> choices, Groom* groom) {
+  groom->choices_a_station = 0;
+  std::uint32_t most = 0, now = 0;
+  std::size_t places = 0;
+  for (const FiberChoice& choice : choices) {
+    now = choice.from == 0 ? 1 : now + 1;
+    places += choice.from == 0 ? 1 : 0;
+    most = std::max(most, now);
+  }
+  if (choices.size() > 1) groom->choices_a_station = most;
+  if (most * places <= choices.size()) {
+    groom->choices = std::move(choices);
+    return;
+  }
+  groom->choices.clear();
+  groom->choices.reserve(most * places);
+  for (std::size_t i = 0; i < choices.size(); ++i) {
+    groom->choices.push_back(choices[i]);
+    if (i + 1 < choices.size() && choices[i + 1].from != 0) continue;
+    while (groom->choices.size() % most != 0) groom->choices.push_back(choices[i]);
+  }
 }
 
 /// Each shape of a material's strands costs some 0.2 s of CPU. From eight shapes on they share the paths of eight, down
@@ -626,15 +647,8 @@ std::optional<Error> assign_fibers(Scene* scene) {
   }
   for (std::size_t g = 0; g < scene->grooms.size(); ++g) {
     Groom& groom = scene->grooms[g];
-    groom.choices = std::move(assigned.choices[g]);
-    groom.first_choice = std::move(assigned.first_choice[g]);
-    if (groom.choices.size() <= 1) {
-      groom.first_choice.clear();
-      continue;
-    }
-    groom.first_choice.push_back(static_cast<std::uint32_t>(groom.choices.size()));
-    if (groom.stations_a_segment > 0)
-      bytes += sizeof(FiberChoice) * groom.choices.size() + sizeof(std::uint32_t) * groom.first_choice.size();
+    set_choices(std::move(assigned.choices[g]), &groom);
+    if (groom.stations_a_segment > 0) bytes += sizeof(FiberChoice) * groom.choices.size();
   }
   if (any_varies)
     scene->notes.push_back(fmt::format(
