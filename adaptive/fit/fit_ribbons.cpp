@@ -19,8 +19,7 @@ namespace {
 constexpr std::size_t main_knots = Ribbon::main_knots, broad_knots = Ribbon::broad_knots;
 constexpr std::size_t parts = RowExits::most_parts;
 constexpr std::uint32_t bins = RowExits::bins, bins_per_broad = bins / broad_knots;
-constexpr double quantile_share = 0.3;  // share of the knots that follow the light; the rest are even
-constexpr float first_broad_share = 0.2f;
+constexpr double quantile_share = 0.3;        // share of the knots that follow the light; the rest are even
 constexpr float logistic_over_normal = 0.6f;  // ratio of the scales of laws that look alike
 constexpr float least_broad_scale = 0.1f;
 
@@ -182,8 +181,8 @@ class Fitter {
     }
     PartHeights sums;
     add_heights(exits_, lanes_, p, sums);
-    start_layer(lanes_.main, sums.main, p, 1 - first_broad_share, {0.7f, 0.4f});
-    start_layer(lanes_.broad, sums.broad, p, first_broad_share, {0.7f, 0.7f});
+    start_layer(lanes_.main, sums.main, p, 1 - rule_.first_broad_share, {0.7f, 0.4f});
+    start_layer(lanes_.broad, sums.broad, p, rule_.first_broad_share, {0.7f, 0.7f});
   }
 
   static void set_scales(KnotLanes& knot, std::size_t lane, float below, float above, float least) {

@@ -18,13 +18,14 @@ struct RibbonFitRule {
   bool parents_law = false;  ///< whether a part that has a parent keeps its law; others take the likelier law
   float kappa = 0;           ///< number of exits that a parent counts for, in fits from a parent
   RibbonPrior prior;
+  float first_broad_share = 0.01f;  ///< share of the broad layer at the start of parts without a parent
 
   /// The rule for this many paths. A fit to few paths depends on its start: it starts from the parent and is held to
   /// it, or, without a parent, starts from moments. With more paths, such a start would only trap the fit in a poor
-  /// optimum.
+  /// optimum. The broad layer finds what the main one misses from a large share on, which few paths do not take back.
   static RibbonFitRule of(std::uint64_t paths, bool has_parent, float kappa) {
     constexpr std::uint64_t many = 2048;
-    if (paths >= many) return {4, 8, false, false, 0, {}};
+    if (paths >= many) return {4, 8, false, false, 0, {}, 0.2f};
     return has_parent ? RibbonFitRule{3, 0, true, true, kappa, {}} : RibbonFitRule{};
   }
 };
