@@ -9,24 +9,16 @@ usage: bench/image/varying_cost.py [BUILD] [--seeds N] [--spp N] [--before TRESS
 import argparse
 import json
 import os
-import resource
 import statistics
-import subprocess
 import tempfile
 
+from calibration import cpu_of
 from sources import ROOT
 
 MASK = os.path.join(ROOT, "scenes", "gallery", "streaks_mask.png")
 UP, DOWN = ({"ramp": [[0, a], [1, b]]} for a, b in ((0.58, 0.62), (0.62, 0.58)))
 WAYS = {"nothing varies": 0.6, "ramp": UP, "random": {"random": [0.58, 0.62]},
         "ramps by texture": {"mix": [UP, DOWN], "share": {"texture": MASK, "space": "linear"}}}
-
-
-def cpu_of(command):
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run(command, check=True, capture_output=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def shown(of, to):

@@ -100,7 +100,7 @@ struct StrandDraws {
   double eccentricity_u;  ///< the number that rounds it
 };
 
-/// Rounds a value down to a whole step, or as many as need no other.
+/// Sets a place to the whole step below a value, and the share of the hits that have the step above.
 void set_steps(double x, std::size_t place, BetweenSteps* between) {
   const double whole = std::floor(x);
   const auto share = std::lround(65536 * (x - whole));
@@ -121,10 +121,8 @@ void set_coefficient(double x, double least, double ratio, std::size_t place, Be
   const double in_least = std::max(x, 0.0) / least;
   if (in_least >= 1) return set_power(in_least, ratio, place, between);
   set_steps(in_least, place, between);  // from `clear` to the power 0
-  if (between->key.steps[place] == 0)
-    between->key.steps[place] = clear;
-  else
-    between->key.steps[place] = 0;
+  int& step = between->key.steps[place];
+  step = step == 0 ? clear : 0;
 }
 
 /// The next step above that of a place.
@@ -513,22 +511,14 @@ Assignment assignment(const Scene& scene, double ratio, std::size_t most) {
 }
 
 /// Gives all places of a groom as many choices.
-void set_choices(std::vector<FiberChoice> choices, Groom* groom) {
-  groom->choices_a_station = 0;
+void set_choices(const std::vector<FiberChoice>& choices, Groom* groom) {
   std::uint32_t most = 0, now = 0;
-  std::size_t places = 0;
   for (const FiberChoice& choice : choices) {
     now = choice.from == 0 ? 1 : now + 1;
-    places += choice.from == 0 ? 1 : 0;
     most = std::max(most, now);
   }
-  if (choices.size() > 1) groom->choices_a_station = most;
-  if (most * places <= choices.size()) {
-    groom->choices = std::move(choices);
-    return;
-  }
+  groom->choices_a_station = choices.size() > 1 ? most : 0;
   groom->choices.clear();
-  groom->choices.reserve(most * places);
   for (std::size_t i = 0; i < choices.size(); ++i) {
     groom->choices.push_back(choices[i]);
     if (i + 1 < choices.size() && choices[i + 1].from != 0) continue;
@@ -647,7 +637,8 @@ std::optional<Error> assign_fibers(Scene* scene) {
   }
   for (std::size_t g = 0; g < scene->grooms.size(); ++g) {
     Groom& groom = scene->grooms[g];
-    set_choices(std::move(assigned.choices[g]), &groom);
+    set_choices(assigned.choices[g], &groom);
+    assigned.choices[g] = {};
     if (groom.stations_a_segment > 0) bytes += sizeof(FiberChoice) * groom.choices.size();
   }
   if (any_varies)
