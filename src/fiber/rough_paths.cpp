@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/sobol.h"
+#include "tress/base/random.h"
 
 // foreach_target compiles this once for every instruction set; the first call chooses the machine's.
 #undef HWY_TARGET_INCLUDE
@@ -55,7 +56,10 @@ enum Field : std::size_t {
 constexpr std::uint32_t is_inside = 1u << 4, crosses = 1u << 5, is_step = 1u << 6, again = 1u << 7, is_beyond = 1u << 8,
                         one_order = 1u << 9, most_orders = 7u << 9, one_facet = 1u << 12, most_facets = 3u << 12,
                         in_core = 1u << 14, in_film = 1u << 15, on_film = crosses, one_step = 1u << 16,
-                        most_steps = 0xffffu << 16;
+                        most_steps = 0x3fffu << 16;
+// Flags of light before its first facet. It shares what that facet reflects away with more_reflections other paths; of
+// these nothing else is followed.
+constexpr std::uint32_t shares_first = 1u << 30, only_first = 1u << 31;
 
 }  // namespace
 }  // namespace tress::inline v0_2::fiber
@@ -486,6 +490,7 @@ struct Kernel {
       OntoUnit(tx, ty, tz);
       const F rises_r = Dot(rx, ry, rz, fx, fy, fz), rises_t = hn::Neg(Dot(tx, ty, tz, fx, fy, fz));
       light = hn::IfThenZeroElse(rejected, light);
+      const Mask shares = Has(tags, shares_first), ends_here = Has(tags, only_first);
       const F light_r = hn::Mul(light, reflected), light_t = hn::NegMulAdd(light, reflected, light);
       const F inner_x = hn::IfThenElse(inside, rx, tx), inner_y = hn::IfThenElse(inside, ry, ty),
               inner_z = hn::IfThenElse(inside, rz, tz);
@@ -503,7 +508,8 @@ struct Kernel {
       const Mask outer_away = hn::Gt(hn::MulAdd(outer_y, ny, hn::Mul(outer_z, nz)), zero);
       const Mask inner_in = hn::Lt(hn::MulAdd(inner_y, ny, hn::Mul(inner_z, nz)), zero);
       const W inner_seed = BitsOf(seeds, paths, 9), outer_seed = BitsOf(seeds, paths, 10);
-      const W fewer = hn::AndNot(SplatWord(is_inside | crosses | is_step | again | is_beyond | in_film), tags);
+      const W fewer = hn::AndNot(
+          SplatWord(shares_first | only_first | is_inside | crosses | is_step | again | is_beyond | in_film), tags);
       const W onward = hn::Add(hn::Add(fewer, SplatWord(one_step)),
                                FlagIf(hn::RebindMask(Floats(), hn::Ne(facets_met, SplatWord(most_facets))), one_facet));
 
@@ -512,11 +518,12 @@ struct Kernel {
       Put(leaves.row[RoughPathExits::dx] + i, outer_x);
       Put(leaves.row[RoughPathExits::dy] + i, outer_y);
       Put(leaves.row[RoughPathExits::dz] + i, outer_z);
+      const F leaving = hn::IfThenElseZero(hn::AndNot(outer_stays, leaves_here), outer_light);
       Put(leaves.row[RoughPathExits::weight_field] + i,
-          hn::IfThenElseZero(hn::AndNot(outer_stays, leaves_here), outer_light));
+          hn::IfThenElse(shares, hn::Mul(leaving, Splat(1.0f / (1 + RoughPaths::more_reflections))), leaving));
 
       // Light that goes on inside, or draws another facet here.
-      const F inner_on = Kept(hn::IfThenZeroElse(inner_stays, inner_light), seeds, paths, 11);
+      const F inner_on = Kept(hn::IfThenZeroElse(hn::Or(inner_stays, ends_here), inner_light), seeds, paths, 11);
       Put(goes_on.row[weight] + i, inner_on);
       Put(goes_on.row[dx] + i, inner_x);
       Put(goes_on.row[dy] + i, inner_y);
@@ -550,8 +557,8 @@ struct Kernel {
       }
 
       // Light that meets another facet.
-      const F inner_walks = hn::IfThenElseZero(inner_stays, inner_light),
-              outer_walks = hn::IfThenElseZero(outer_stays, outer_light);
+      const F inner_walks = hn::IfThenElseZero(hn::AndNot(ends_here, inner_stays), inner_light),
+              outer_walks = hn::IfThenElseZero(hn::AndNot(ends_here, outer_stays), outer_light);
       const Mask first = hn::Gt(inner_walks, zero), second = hn::Gt(outer_walks, zero);
       const W walks_from = WithFlag(WithFlag(onward, water, in_film), outer_film, on_film);
       const W walk_tags = hn::Or(hn::Or(walks_from, FlagIf(inside, is_inside)), FlagIf(step, is_step));
@@ -579,7 +586,8 @@ struct Kernel {
       }
 
       // Light that has left its face outside and meets the fiber again, or the film.
-      const Mask outer_returns = hn::AndNot(hn::Or(outer_stays, leaves_here), hn::Gt(outer_light, zero));
+      const Mask outer_returns =
+          hn::AndNot(hn::Or(hn::Or(outer_stays, leaves_here), ends_here), hn::Gt(outer_light, zero));
       Put(also_goes_on.row[0] + i, zero);
       if (Any(outer_returns)) {
         any_also_goes_on = true;
@@ -1023,6 +1031,17 @@ void RoughPaths::add(const RoughEntry& entry, const RoughFiber::FacetNumbers& u,
 
 void RoughPaths::add_sobol(const FiberDirection& wr, std::uint64_t key, std::uint32_t first, std::uint32_t count,
                            std::uint32_t set) {
+  add_entries(wr, key, first, count, set);
+}
+
+void RoughPaths::add_sobol_with_reflections(const FiberDirection& wr, std::uint64_t key, std::uint32_t first,
+                                            std::uint32_t count, std::uint32_t set) {
+  add_entries(wr, key, first, count, set | shares_first);
+  add_entries(wr, mix_bits(key), first * more_reflections, count * more_reflections, set | shares_first | only_first);
+}
+
+void RoughPaths::add_entries(const FiberDirection& wr, std::uint64_t key, std::uint32_t first, std::uint32_t count,
+                             std::uint32_t tags) {
   memory_->starts.reserve(count);
   const std::size_t from = memory_->starts.size();
   std::array<float*, 7> numbers;
@@ -1030,7 +1049,7 @@ void RoughPaths::add_sobol(const FiberDirection& wr, std::uint64_t key, std::uin
   for (std::size_t d = 0; d < fields.size(); ++d) numbers[d] = memory_->starts.field(fields[d]) + from;
   ScrambledSobol(key).points(first, count, numbers);
   const RoughEntry middle = fiber_.entry(wr, 0);
-  HWY_DYNAMIC_DISPATCH(Enter)(&middle.point.x, &middle.direction.x, key, first, set, memory_->starts, from, count);
+  HWY_DYNAMIC_DISPATCH(Enter)(&middle.point.x, &middle.direction.x, key, first, tags, memory_->starts, from, count);
   memory_->starts.resize(from + count);
 }
 

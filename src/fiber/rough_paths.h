@@ -59,6 +59,11 @@ class RoughPaths {
   /// Adds paths [first, first + count) from one direction on the scrambled Sobol points of a key: h and the facets.
   void add_sobol(const FiberDirection& wr, std::uint64_t key, std::uint32_t first, std::uint32_t count,
                  std::uint32_t set);
+  /// The same, but each path shares the light that its first facet reflects away with `more_reflections` others, of
+  /// which nothing else is traced. The expected light is the same.
+  void add_sobol_with_reflections(const FiberDirection& wr, std::uint64_t key, std::uint32_t first, std::uint32_t count,
+                                  std::uint32_t set);
+  static constexpr std::uint32_t more_reflections = 3;
 
   /// Traces all added paths, which are then removed, and returns their exits; valid until the next call.
   const RoughPathExits& trace();
@@ -70,6 +75,8 @@ class RoughPaths {
   };
 
  private:
+  void add_entries(const FiberDirection& wr, std::uint64_t key, std::uint32_t first, std::uint32_t count,
+                   std::uint32_t tags);
   struct Memory;
   /// Memory that this thread's last RoughPaths has left, for reuse: new pages cost more time than the paths on them.
   static std::unique_ptr<Memory>& spare();

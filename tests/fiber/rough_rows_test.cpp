@@ -128,6 +128,18 @@ TEST(RoughRows, DrawsArePureAndCutAnywhere) {
   }
 }
 
+// Dark hair is seen by R alone, which has a tenth of the light of few paths.
+TEST(RoughRows, TheFirstPathsOfAStreamHaveFourReflectionsEach) {
+  const auto target = fiber::make_rough_target();
+  const auto slice = fiber::rough_slice(fiber_with(0.85f, 0.2f, 0.05f));
+  const auto reflections_of = [&](std::uint32_t first) {
+    std::vector<SampledExit> exits;
+    target->draw(slice, 0.3f, 0.7f, 5, first, 512, exits);
+    return std::ranges::count_if(exits, [](const SampledExit& exit) { return exit.part == 0; });
+  };
+  EXPECT_GT(reflections_of(0), 3 * reflections_of(512));
+}
+
 // More paths than are followed at once, too.
 TEST(RoughRows, SetsAreFourStreams) {
   const auto target = fiber::make_rough_target();
