@@ -22,6 +22,9 @@ constexpr std::uint32_t bins = RowExits::bins, bins_per_broad = bins / broad_kno
 constexpr double quantile_share = 0.3;        // share of the knots that follow the light; the rest are even
 constexpr float logistic_over_normal = 0.6f;  // ratio of the scales of laws that look alike
 constexpr float least_broad_scale = 0.1f;
+// The scales of the normal and of the logistic law at the start, over the width of the light.
+constexpr float normal_scale = 0.7f;
+constexpr std::array<float, 2> main_scales{normal_scale, 0.4f};
 
 class Fitter {
  public:
@@ -181,8 +184,65 @@ class Fitter {
     }
     PartHeights sums;
     add_heights(exits_, lanes_, p, sums);
-    start_layer(lanes_.main, sums.main, p, 1 - rule_.first_broad_share, {0.7f, 0.4f});
-    start_layer(lanes_.broad, sums.broad, p, rule_.first_broad_share, {0.7f, 0.7f});
+    start_layer(lanes_.main, sums.main, p, 1 - rule_.first_broad_share, main_scales);
+    auto near = sums.main;
+    FarHeights far;
+    for (const float widths : {2.0f, 2.5f, 3.5f}) {  // the width has ever less of the light that is far
+      near = sums.main;
+      far = {};
+      split_heights(p, widths, near, far);
+      start_layer(lanes_.main, near, p, 1, main_scales);
+    }
+    if (const auto* peak = far.peak(lanes_.count[p])) {  // a broad layer about both peaks would fill the valley
+      start_layer(lanes_.broad, *peak, p, 1, {0.7f, 0.5f});
+    } else {
+      start_layer(lanes_.main, sums.main, p, 1 - rule_.first_broad_share, main_scales);
+      start_layer(lanes_.broad, sums.broad, p, rule_.first_broad_share, {0.7f, 0.7f});
+    }
+  }
+
+  /// The light far from the mean height of its azimuth, below and above it.
+  struct FarHeights {
+    std::array<HeightSums, broad_knots> below{}, above{};
+
+    /// The side that has a second peak of a part of that many exits; null if none has.
+    const std::array<HeightSums, broad_knots>* peak(float exits) const {
+      constexpr float least_share = 0.01f, over_other = 2;
+      const float light_below = light_of(below), light_above = light_of(above);
+      if (std::max(light_below, light_above) < least_share * exits) return nullptr;
+      if (light_below > over_other * light_above) return &below;
+      return light_above > over_other * light_below ? &above : nullptr;
+    }
+    static float light_of(const std::array<HeightSums, broad_knots>& sums) {
+      float light = 0;
+      for (const HeightSums& sum : sums) light += sum.light;
+      return light;
+    }
+  };
+
+  /// Moves the light that is this many widths from the main layer, as it is now, out of the sums of that layer.
+  void split_heights(std::size_t p, float widths, std::array<HeightSums, main_knots>& near, FarHeights& far) const {
+    const auto add = [](HeightSums& to, float w, float s, float t) {
+      to.light += w;
+      to.light_s += w * s;
+      to.height += w * t;
+      to.height_s += w * t * s;
+      to.square += w * t * t;
+      to.square_s += w * t * t * s;
+    };
+    for (std::size_t i = 0; i < lanes_.piece_count[p]; ++i) {
+      const RibbonPiece& piece = lanes_.pieces[p][i];
+      const KnotLanes &here = lanes_.main.knots[piece.main], &there = lanes_.main.knots[MainLanes::after(piece.main)];
+      for (std::size_t exit = piece.begin; exit < piece.end; ++exit) {
+        const float x = exits_.x[exit], t = exits_.t[exit], w = exits_.w[exit];
+        const float s = (x - piece.main_x0) * piece.main_inverse_width;
+        const auto line = [s, p](const Lanes& a, const Lanes& b) { return a[p] + s * (b[p] - a[p]); };
+        const float away = t - line(here.mode, there.mode), scale = line(here.scale_below, there.scale_below);
+        if (std::abs(away) <= widths / normal_scale * scale) continue;
+        add(near[piece.main], -w, s, t);
+        add((away < 0 ? far.below : far.above)[piece.broad], w, (x - piece.broad_x0) * piece.broad_inverse_width, t);
+      }
+    }
   }
 
   static void set_scales(KnotLanes& knot, std::size_t lane, float below, float above, float least) {
@@ -199,8 +259,9 @@ class Fitter {
                    std::array<float, 2> narrower) {
     constexpr float added = 1;  // in exits of the mean of all
     const float n = lanes_.count[p];
-    float all_t = 0, all_tt = 0;
+    float all = 1e-6f, all_t = 0, all_tt = 0;
     for (const HeightSums& sum : sums) {
+      all += sum.light;
       all_t += sum.height;
       all_tt += sum.square;
     }
@@ -208,8 +269,8 @@ class Fitter {
       const HeightSums &from = sums[k], &to = sums[layer.before(k)];
       const float light = from.light - from.light_s + to.light_s;
       const float exits = light + added;
-      const float middle = (from.height - from.height_s + to.height_s + added * all_t / n) / exits;
-      const float square = (from.square - from.square_s + to.square_s + added * all_tt / n) / exits;
+      const float middle = (from.height - from.height_s + to.height_s + added * all_t / all) / exits;
+      const float square = (from.square - from.square_s + to.square_s + added * all_tt / all) / exits;
       const float width = std::sqrt(std::max(square - middle * middle, 0.0f));
       for (std::size_t lane = p; lane < fit_lanes; lane += parts) {
         KnotLanes& knot = layer.knots[k];

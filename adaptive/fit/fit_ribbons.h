@@ -12,7 +12,7 @@ namespace tress::inline v0_2::adaptive {
 
 /// The rule by which the ribbons of a row are fitted.
 struct RibbonFitRule {
-  int rounds = 4;            ///< over all exits
+  int rounds = 6;            ///< over all exits
   int thin_rounds = 0;       ///< before these, over some of the exits (thin_exits)
   bool from_parent = false;  ///< whether a part that has a parent starts from it; others start from moments
   bool parents_law = false;  ///< whether a part that has a parent keeps its law; others take the likelier law
