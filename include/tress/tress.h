@@ -273,6 +273,8 @@ enum {
   TRESS_EXACT = 1,    /* always traced, without a service */
   TRESS_CORRECTED = 2 /* TRESS_ELLIPTICAL: unbiased at nearly the cost of fitted; values may be negative */
 };
+/* Laws of the longitudinal lobes, of equal half width at half maximum for one lambda. */
+enum { TRESS_LOGISTIC = 0, TRESS_GAUSSIAN = 1, TRESS_CAUCHY = 2 };
 
 /* A set of fibers of one model. service: made for fibers; null for TRESS_EXACT alone. The service outlives its handle
    where fibers are on it. On failure *fibers is null. */
@@ -294,12 +296,18 @@ typedef struct tress_fiber {
   float longitudinal_lambda[4]; /* of R, TT, TRT, TRRT, [0.25, 45] degrees; 0: by the roughness */
   float gain[6][3];             /* artistic factor, 0 to 1e15, of R, TT, TRT, TRRT, the residual, the glint */
   int split_glint;              /* whether the glint is a lobe of its own */
+  uint32_t longitudinal_shape;  /* TRESS_ELLIPTICAL: the law of the longitudinal lobes, TRESS_LOGISTIC */
 } tress_fiber;
 
 /* Sets the defaults: brown hair. */
 TRESS_API void tress_fiber_init(tress_fiber* fiber) TRESS_NOTHROW;
 /* Sets fiber->sigma_a so that a lock of these fibers has `color` in even light. Any thread. */
 TRESS_API tress_result tress_fiber_set_color(tress_fiber* fiber, const float color[3]) TRESS_NOTHROW;
+/* Makes the fiber round and all but smooth, with the widths and the law by which TRESS_ELLIPTICAL looks like the lobes
+   of Chiang et al. 2016, which are those of Principled Hair and of pbrt. roughness: longitudinal beta_M;
+   radial_roughness: azimuthal beta_N; coat: share of its roughness that R lacks; each in [0, 1]. Any thread. */
+TRESS_API tress_result tress_fiber_set_principled(tress_fiber* fiber, float roughness, float radial_roughness,
+                                                  float coat) TRESS_NOTHROW;
 /* Rounds the shape to one of few (eccentricity 0.01, roughness 1 degree, tilt 0.5 degrees), so that its mean over u,
    uniform in [0, 1)^3, is kept: a host whose shapes vary adds these ahead, and chooses one at each hit. Any thread. */
 TRESS_API tress_result tress_fiber_round(tress_fiber* fiber, const float u[3]) TRESS_NOTHROW;

@@ -18,6 +18,7 @@
 #include "tress/fiber/elliptical_model.h"
 #include "tress/fiber/fiber_model.h"
 #include "tress/fiber/lock_color.h"
+#include "tress/fiber/principled_hair.h"
 #include "tress/fiber/rough_model.h"
 #include "tress/fiber/rounded_shape.h"
 
@@ -132,10 +133,14 @@ FiberParameters parameters_of(const tress_fiber& from) {
     if (from.longitudinal_lambda[i] != 0) to.longitudinal_lambda[i] = from.longitudinal_lambda[i];
   for (std::size_t i = 0; i < to.gain.size(); ++i) to.gain[i] = color_of(from.gain[i]);
   to.split_glint = from.split_glint != 0;
+  to.longitudinal_shape = static_cast<fiber::LongitudinalShape>(from.longitudinal_shape);
   return to;
 }
 
 Outcome wrong_range(const FiberParameters& parameters) {
+  if (const auto shape = static_cast<std::uint32_t>(parameters.longitudinal_shape); shape > TRESS_CAUCHY)
+    return invalid("tress_fiber::longitudinal_shape", "TRESS_LOGISTIC, TRESS_GAUSSIAN or TRESS_CAUCHY",
+                   std::to_string(shape));
   std::optional<Error> error = fiber::range_error(parameters);
   if (!error) return {};
   error->place = "tress_fiber::" + error->place;
@@ -213,6 +218,28 @@ tress_result tress_fiber_set_color(tress_fiber* fiber, const float color[3]) noe
     if (!std::isfinite(color[0]) || !std::isfinite(color[1]) || !std::isfinite(color[2]))
       return invalid("color", "finite numbers", "others");
     set(fiber->sigma_a, fiber::sigma_a_of_lock({color[0], color[1], color[2]}, parameters));
+    return {};
+  });
+}
+
+tress_result tress_fiber_set_principled(tress_fiber* fiber, float roughness, float radial_roughness,
+                                        float coat) noexcept {
+  return guarded(nullptr, [&]() -> Outcome {
+    if (fiber == nullptr) return null("fiber");
+    for (const float share : {roughness, radial_roughness, coat})
+      if (!(share >= 0 && share <= 1))
+        return invalid("roughness, radial_roughness, coat", "numbers in [0, 1]", "others");
+    const FiberParameters round = fiber::fiber_of(fiber::PrincipledHair{.roughness = roughness,
+                                                                        .radial_roughness = radial_roughness,
+                                                                        .coat = coat,
+                                                                        .widths = fiber::PrincipledWidths::fitted});
+    fiber->eccentricity = round.eccentricity;
+    fiber->roughness = round.roughness;
+    for (std::size_t p = 0; p < round.azimuthal_sigma.size(); ++p)
+      fiber->azimuthal_sigma[p] = *round.azimuthal_sigma[p];
+    for (std::size_t p = 0; p < round.longitudinal_lambda.size(); ++p)
+      fiber->longitudinal_lambda[p] = *round.longitudinal_lambda[p];
+    fiber->longitudinal_shape = static_cast<std::uint32_t>(round.longitudinal_shape);
     return {};
   });
 }

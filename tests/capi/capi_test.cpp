@@ -20,6 +20,7 @@
 #include "tress/adaptive/service.h"
 #include "tress/base/random.h"
 #include "tress/fiber/elliptical_model.h"
+#include "tress/fiber/principled_hair.h"
 #include "tress/fiber/rough_model.h"
 #include "tress/tress.h"
 #include "tress/version.h"
@@ -202,6 +203,48 @@ TEST(CInterface, ItsDefaultsAreThoseOfCpp) {
   EXPECT_NE(tress_fiber_round(&hair, beyond), TRESS_OK);
 }
 
+TEST(CInterface, APrincipledFiberIsThatOfCpp) {
+  tress_fiber hair;
+  tress_fiber_init(&hair);
+  ASSERT_EQ(tress_fiber_set_principled(&hair, 0.3f, 0.4f, 0.5f), TRESS_OK);
+  const fiber::FiberParameters expected = fiber::fiber_of(fiber::PrincipledHair{
+      .roughness = 0.3f, .radial_roughness = 0.4f, .coat = 0.5f, .widths = fiber::PrincipledWidths::fitted});
+  EXPECT_EQ(hair.longitudinal_shape, static_cast<std::uint32_t>(expected.longitudinal_shape));
+  EXPECT_EQ(hair.roughness, expected.roughness);
+  EXPECT_EQ(hair.eccentricity, 1);
+  for (std::size_t p = 0; p < 4; ++p) EXPECT_EQ(hair.longitudinal_lambda[p], expected.longitudinal_lambda[p]) << p;
+  for (std::size_t p = 0; p < 3; ++p) EXPECT_EQ(hair.azimuthal_sigma[p], expected.azimuthal_sigma[p]) << p;
+  for (int i = 0; i < 3; ++i) {
+    const float wrong[] = {nan, -0.1f, 1.1f};
+    float at[3] = {0, 0, 0};
+    at[i] = wrong[i];
+    EXPECT_EQ(tress_fiber_set_principled(&hair, at[0], at[1], at[2]), TRESS_INVALID_ARGUMENT) << i;
+  }
+
+  // The law reaches the lobes: of equal half width, a Gaussian has less of its light far out than a logistic.
+  tress_fibers* fibers = nullptr;
+  ASSERT_EQ(tress_fibers_create(nullptr, TRESS_ELLIPTICAL, TRESS_EXACT, &fibers), TRESS_OK);
+  float far_out[2] = {0, 0};
+  for (const std::uint32_t shape : {TRESS_LOGISTIC, TRESS_GAUSSIAN}) {
+    hair.longitudinal_shape = shape;
+    for (float& sigma : hair.sigma_a) sigma = 50;  // R alone
+    std::uint32_t id = 0;
+    ASSERT_EQ(tress_fibers_add(fibers, &hair, &id), TRESS_OK);
+    tress_event event;
+    ASSERT_EQ(tress_fibers_begin(fibers, id, {0, 0}, 0.5f, 0.5f, 0, 1, &event), TRESS_OK);
+    tress_fiber_value value;
+    ASSERT_EQ(tress_fibers_evaluate(fibers, &event, {1, 0}, &value), TRESS_OK);
+    far_out[shape] = value.value[0];
+  }
+  EXPECT_LT(far_out[TRESS_GAUSSIAN], 0.1f * far_out[TRESS_LOGISTIC]);
+  hair.longitudinal_shape = 3;
+  std::uint32_t id = 0;
+  EXPECT_EQ(tress_fibers_add(fibers, &hair, &id), TRESS_INVALID_ARGUMENT);
+  EXPECT_STREQ(tress_last_error(),
+               "tress_fiber::longitudinal_shape: expected TRESS_LOGISTIC, TRESS_GAUSSIAN or TRESS_CAUCHY, found 3");
+  tress_fibers_release(fibers);
+}
+
 /// A service with a slice of densities and one of samples, whose target does what a test asks of it.
 struct Host {
   Host() {
@@ -315,6 +358,7 @@ TEST(CInterface, NullIsRefusedEverywhere) {
                                     tress_fiber_set_color(nullptr, color),
                                     tress_fiber_round(nullptr, color),
                                     tress_fiber_round(&fiber, nullptr),
+                                    tress_fiber_set_principled(nullptr, 0, 0, 0),
                                     tress_fiber_set_color(&fiber, nullptr),
                                     tress_fibers_add(nullptr, &fiber, &id),
                                     tress_fibers_begin(nullptr, 0, {}, 0, 0, 0, 1, &event),

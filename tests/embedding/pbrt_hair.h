@@ -38,21 +38,12 @@ class Session {
   /// The host's material: widths as its own lobes look, beta_m and beta_n in [0, 1], alpha in degrees, sigma_a per
   /// radius (RGB, or three wavelengths of the host's choice). Between waves. UINT32_MAX, which is black, on failure.
   std::uint32_t add(float eta, float beta_m, float beta_n, float alpha, const std::array<float, 3>& sigma_a) {
-    const auto within = [](double x, double least, double most) {
-      return static_cast<float>(std::clamp(x, least * degree, most * degree));
-    };
-    const double m = beta_m, n = beta_n;
-    const double deviation = 0.726 * m + 0.812 * m * m + 3.7 * std::pow(m, 20);
-    const double scale = 0.6267 * (0.265 * n + 1.194 * n * n + 5.372 * std::pow(n, 22)), blur = 1.8138 * scale;
     tress::c::Fiber fiber;
+    (void)tress_fiber_set_principled(&fiber, beta_m, beta_n, 0);
+    fiber.roughness = 0.01f;  // the least: the host's cylinder is smooth
     fiber.eta = eta;
-    fiber.eccentricity = 1;
-    fiber.roughness = 0.01f;  // as good as smooth: the widths are those below
-    fiber.tilt = static_cast<float>(std::max(0.0f, alpha) * degree);
+    fiber.tilt = static_cast<float>(std::max(0.0, alpha * degree));
     std::copy(sigma_a.begin(), sigma_a.end(), fiber.sigma_a);
-    const double of_lobe[4] = {0.429, 0.405 / 2, 0.416 * 2, 0.416 * 2};
-    for (int p = 0; p < 4; ++p) fiber.longitudinal_lambda[p] = within(of_lobe[p] * deviation, 0.25, 45);
-    for (int p = 0; p < 3; ++p) fiber.azimuthal_sigma[p] = within((p == 0 ? 1.08 : 2.53) * blur, 0.5, 45);
     std::uint32_t id = 0;
     (void)fibers_.add(fiber, &id);
     return id;

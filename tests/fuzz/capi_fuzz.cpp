@@ -81,11 +81,11 @@ void check_sound(tress_result result, const tress_fiber_sample& sample) {
 struct Host {
   tress_service* service = nullptr;
   std::uint32_t mood = 0;  ///< what the callbacks do
-  int depth = 0;
+  int depth = 0, calls = 0;
 
-  /// Whatever is called from inside a callback.
+  /// Whatever is called from inside a callback, at first: a thousand failures would publish a thousand times.
   void call_back() {
-    if (depth > 0) return;
+    if (depth > 0 || ++calls > 64) return;
     ++depth;
     tress_value value;
     check(tress_service_evaluate(service, {0, 0, 0}, 0, 0, &value), value);
@@ -330,6 +330,7 @@ void call_fibers(Bytes& bytes, Fibers& of) {
       std::uint32_t none = 0;
       require(tress_fibers_add(fibers, &hair, &none) == TRESS_INVALID_ARGUMENT && none == UINT32_MAX);
       (void)tress_fiber_set_color(&hair, u.data());
+      (void)tress_fiber_set_principled(&hair, u[0], u[1], u[2]);
       break;
     }
     case 7:
