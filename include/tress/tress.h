@@ -286,7 +286,7 @@ TRESS_API void tress_fibers_release(tress_fibers* fibers) TRESS_NOTHROW;
 typedef struct tress_fiber {
   float eta;          /* index of refraction, [1.05, 3] */
   float eccentricity; /* minor over major semi-axis, [0.5, 1] */
-  float roughness;    /* Beckmann slope of the surface, [0.01, 1] */
+  float roughness;    /* Beckmann slope of the surface, [0.01, 1]; down to 0.001 with all widths given */
   float tilt;         /* of the cuticle, >= 0; R is turned towards the root */
   float sigma_a[3];   /* absorption per major semi-axis, >= 0 */
   float medulla_radius, medulla_scattering, medulla_asymmetry, medulla_absorption; /* TRESS_ROUGH; radius 0: none */
@@ -340,7 +340,8 @@ typedef struct tress_fiber_sample {
 } tress_fiber_sample;
 
 /* Begins an event for the known direction wr, towards the camera. xi1, xi2: uniform in [0, 1), they choose the node for
-   every direction of this event. h: [-1, 1], where the ray meets the fiber over its half width, uniform over all rays.
+   every direction of this event. h: [-1, 1], where the ray meets the fiber over its half width, towards rising
+   phi, uniform over all rays; TRESS_ROUGH with TRESS_EXACT traces from there, all others have the mean over it.
    importance: luminance of the path's throughput so far, 1 at its first hit; rows are credited with it. Numbers are
    clamped. Any thread. */
 TRESS_API tress_result tress_fibers_begin(const tress_fibers* fibers, uint32_t fiber, tress_direction wr, float xi1,

@@ -232,7 +232,7 @@ tress_result tress_fiber_set_principled(tress_fiber* fiber, float roughness, flo
     const FiberParameters round = fiber::fiber_of(fiber::PrincipledHair{.roughness = roughness,
                                                                         .radial_roughness = radial_roughness,
                                                                         .coat = coat,
-                                                                        .widths = fiber::PrincipledWidths::fitted});
+                                                                        .widths = fiber::PrincipledWidths::equal});
     fiber->eccentricity = round.eccentricity;
     fiber->roughness = round.roughness;
     for (std::size_t p = 0; p < round.azimuthal_sigma.size(); ++p)

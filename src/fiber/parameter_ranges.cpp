@@ -47,7 +47,7 @@ std::optional<Misfit> misfit_of(const FiberParameters& of) {
   // Beyond a circle there is no ellipse, not even by a rounding.
   if (!check.misfit && double{of.eccentricity} > eccentricity_range.most)
     check.misfit = Misfit{"eccentricity", eccentricity_range, of.eccentricity};
-  check.number("roughness", of.roughness, roughness_range);
+  check.number("roughness", of.roughness, {least_roughness, roughness_range.most});
   check.number("tilt", of.tilt, not_negative);
   check.color("sigma_a", of.sigma_a, not_negative);
   check.number("medulla_radius", of.medulla_radius, medulla_radius_range);

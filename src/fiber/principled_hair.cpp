@@ -13,7 +13,7 @@
 namespace tress::inline v0_2::fiber {
 namespace {
 
-/// Roughness of a surface whose energies are those of a smooth one.
+/// Roughness of a surface whose energies are those of a smooth one, but for oblique light in hair that absorbs little.
 constexpr float all_but_smooth = 0.02f;
 
 float within(const ParameterRange& range, double x) {
@@ -37,9 +37,10 @@ double logistic_scale_of(double beta) {
 }
 
 /// lambda of a Gaussian lobe over the standard deviation of theta_i, by lobe. Fitted to pictures of Chiang's model
-/// itself, a lock and thin hair in five looks, by `bench/principled/mapping.py fit` (scenes/blender/README.md). Equal
-/// half widths would give 0.334, and 0.425 for R, which |cos(d/2)| narrows by pi/4 in the mean.
+/// itself, a lock and thin hair in five looks, by `bench/principled/mapping.py fit` (scenes/blender/README.md).
 constexpr std::array<double, 4> lambda_per_deviation{0.429, 0.405, 0.416, 0.416};
+/// Those of equal half widths; |cos(d/2)| narrows R by pi/4 in the mean.
+constexpr std::array<double, 4> equal_lambda_per_deviation{0.425, 0.334, 0.334, 0.334};
 /// The blur of the exit azimuth over the standard deviation of the logistic law, fitted likewise: TT, TRT, TRRT.
 constexpr std::array<double, 3> azimuth_per_deviation{1.08, 2.53, 2.53};
 constexpr double logistic_deviation = std::numbers::pi / std::numbers::sqrt3;  ///< of a logistic of scale 1
@@ -50,26 +51,29 @@ constexpr double published_lambda_per_deviation = 0.5 / logistic_deviation;
 /// Lobes after TRT are as TRT.
 FiberParameters round_fiber(const std::array<double, 3>& deviations, const std::array<double, 2>& scales,
                             PrincipledWidths widths) {
+  const bool equal = widths == PrincipledWidths::equal;
   FiberParameters fiber;
   fiber.eccentricity = 1;
-  fiber.roughness = all_but_smooth;
+  fiber.roughness = equal ? static_cast<float>(least_roughness) : all_but_smooth;
   LobeWidthsGiven published{};
   for (std::size_t p = 0; p < published.longitudinal_lambda.size(); ++p) {
     const double deviation = deviations[std::min<std::size_t>(p, 2)];
-    fiber.longitudinal_lambda[p] = angle_within(longitudinal_lambda_range_deg, lambda_per_deviation[p] * deviation);
+    const double lambda = (equal ? equal_lambda_per_deviation : lambda_per_deviation)[p] * deviation;
+    fiber.longitudinal_lambda[p] = angle_within(longitudinal_lambda_range_deg, lambda);
     published.longitudinal_lambda[p] =
         angle_within(longitudinal_lambda_range_deg, published_lambda_per_deviation * deviation);
   }
   for (std::size_t p = 0; p < published.azimuthal_sigma.size(); ++p) {
     const double deviation = scales[std::min<std::size_t>(p, 1)] * logistic_deviation;
-    fiber.azimuthal_sigma[p] = angle_within(azimuthal_sigma_range_deg, azimuth_per_deviation[p] * deviation);
+    fiber.azimuthal_sigma[p] =
+        angle_within(azimuthal_sigma_range_deg, (equal ? 1 : azimuth_per_deviation[p]) * deviation);
     published.azimuthal_sigma[p] = angle_within(azimuthal_sigma_range_deg, deviation);
   }
   if (widths == PrincipledWidths::published) {
     std::ranges::copy(published.longitudinal_lambda, fiber.longitudinal_lambda.begin());
     std::ranges::copy(published.azimuthal_sigma, fiber.azimuthal_sigma.begin());
   }
-  if (widths != PrincipledWidths::fitted) fiber.published_widths = published;
+  if (widths == PrincipledWidths::by_model || widths == PrincipledWidths::published) fiber.published_widths = published;
   fiber.longitudinal_shape = LongitudinalShape::gaussian;
   return fiber;
 }

@@ -208,7 +208,7 @@ TEST(CInterface, APrincipledFiberIsThatOfCpp) {
   tress_fiber_init(&hair);
   ASSERT_EQ(tress_fiber_set_principled(&hair, 0.3f, 0.4f, 0.5f), TRESS_OK);
   const fiber::FiberParameters expected = fiber::fiber_of(fiber::PrincipledHair{
-      .roughness = 0.3f, .radial_roughness = 0.4f, .coat = 0.5f, .widths = fiber::PrincipledWidths::fitted});
+      .roughness = 0.3f, .radial_roughness = 0.4f, .coat = 0.5f, .widths = fiber::PrincipledWidths::equal});
   EXPECT_EQ(hair.longitudinal_shape, static_cast<std::uint32_t>(expected.longitudinal_shape));
   EXPECT_EQ(hair.roughness, expected.roughness);
   EXPECT_EQ(hair.eccentricity, 1);
@@ -242,6 +242,28 @@ TEST(CInterface, APrincipledFiberIsThatOfCpp) {
   EXPECT_EQ(tress_fibers_add(fibers, &hair, &id), TRESS_INVALID_ARGUMENT);
   EXPECT_STREQ(tress_last_error(),
                "tress_fiber::longitudinal_shape: expected TRESS_LOGISTIC, TRESS_GAUSSIAN or TRESS_CAUCHY, found 3");
+  tress_fibers_release(fibers);
+}
+
+// Black fibers reflect alone: from h = 0.8, asin 0.8 = 53 degrees towards rising azimuth, by twice that.
+TEST(CInterface, TheOffsetRisesWithTheAzimuth) {
+  tress_fibers* fibers = nullptr;
+  ASSERT_EQ(tress_fibers_create(nullptr, TRESS_ROUGH, TRESS_EXACT, &fibers), TRESS_OK);
+  tress_fiber black;
+  tress_fiber_init(&black);
+  black.eccentricity = 1;
+  black.roughness = 0.05f;
+  for (float& sigma : black.sigma_a) sigma = 50;
+  std::uint32_t id = 0;
+  ASSERT_EQ(tress_fibers_add(fibers, &black, &id), TRESS_OK);
+  for (const float h : {0.8f, -0.8f}) {
+    tress_event event;
+    ASSERT_EQ(tress_fibers_begin(fibers, id, {0, 0.5f}, 0.5f, 0.5f, h, 1, &event), TRESS_OK);
+    const float u[4] = {0.5f, 0.5f, 0.5f, 0.5f};
+    tress_fiber_sample drawn;
+    ASSERT_EQ(tress_fibers_sample(fibers, &event, u, &drawn), TRESS_OK);
+    EXPECT_NEAR(drawn.direction.phi, 0.5f + std::copysign(1.855f, h), 0.4f);
+  }
   tress_fibers_release(fibers);
 }
 

@@ -39,8 +39,7 @@ class Session {
   /// radius (RGB, or three wavelengths of the host's choice). Between waves. UINT32_MAX, which is black, on failure.
   std::uint32_t add(float eta, float beta_m, float beta_n, float alpha, const std::array<float, 3>& sigma_a) {
     tress::c::Fiber fiber;
-    (void)tress_fiber_set_principled(&fiber, beta_m, beta_n, 0);
-    fiber.roughness = 0.01f;  // the least: the host's cylinder is smooth
+    if (tress_fiber_set_principled(&fiber, beta_m, beta_n, 0) != TRESS_OK) return UINT32_MAX;
     fiber.eta = eta;
     fiber.tilt = static_cast<float>(std::max(0.0, alpha * degree));
     std::copy(sigma_a.begin(), sigma_a.end(), fiber.sigma_a);
@@ -87,13 +86,14 @@ struct Value {
 /// A hit: the host's BxDF. Plain data of 500 bytes, aligned to 16; valid until the wave ends.
 class Hit {
  public:
-  /// h: [-1, 1] over the width. key: any hash that differs between hits and does not depend on threads, of the point
-  /// and wo or of pixel, sample and depth. A sampler's dimensions (Owen-scrambled points) do as well for xi: pass them
-  /// instead of uniform(0) and (1), but do not use them for anything else. throughput: luminance of the path so far.
+  /// h: [-1, 1] over the width, the host's, which rises towards falling azimuth. key: any hash that differs between
+  /// hits and does not depend on threads, of the point and wo or of pixel, sample and depth. A sampler's dimensions
+  /// (Owen-scrambled points) do as well for xi: pass them instead of uniform(0) and (1), but do not use them for
+  /// anything else. throughput: luminance of the path so far.
   Hit(const Session& session, std::uint32_t fiber, const Direction& wo, float h, std::uint64_t key,
       float throughput = 1)
       : fibers_(&session.fibers()), key_(key) {
-    event_ = fibers_->begin(fiber, angles(wo), uniform(0), uniform(1), h, throughput);
+    event_ = fibers_->begin(fiber, angles(wo), uniform(0), uniform(1), -h, throughput);
   }
   /// Whether the host is to sample lights here, weighted against drawn directions by both densities.
   bool takes_lights() const { return fibers_->takes_lights(event_); }

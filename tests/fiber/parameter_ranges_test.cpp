@@ -22,7 +22,7 @@ TEST(ParameterRanges, TakeTheirEnds) {
     FiberParameters fiber;
     fiber.eta = low ? 1.05f : 3.0f;
     fiber.eccentricity = low ? 0.5f : 1.0f;
-    fiber.roughness = low ? 0.01f : 1.0f;
+    fiber.roughness = low ? 0.001f : 1.0f;
     fiber.tilt = low ? 0 : 15 * degree;
     fiber.sigma_a = glm::vec3(low ? 0.0f : 1e4f);
     fiber.azimuthal_sigma.fill((low ? 0.5f : 45.0f) * degree);
@@ -68,6 +68,9 @@ TEST(ParameterRanges, NameWhatIsOutOfThem) {
   EXPECT_EQ(fiber::out_of_range(bright), nullptr);
   bright.gain[2].x = 1.01e15f;
   EXPECT_EQ(fiber::range_error(bright)->message(), "gain: expected a number from 0 to 1e+15, found 1.01e+15");
+  FiberParameters smooth;
+  smooth.roughness = 0.0009f;
+  EXPECT_EQ(fiber::range_error(smooth)->message(), "roughness: expected a number from 0.001 to 1, found 0.0009");
   FiberParameters fiber;
   fiber.eccentricity = 1.000001f;  // the axes would swap
   EXPECT_STREQ(fiber::out_of_range(fiber), "eccentricity");

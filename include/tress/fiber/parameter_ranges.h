@@ -15,6 +15,8 @@ struct ParameterRange {
 inline constexpr ParameterRange eta_range{1.05, 3};
 inline constexpr ParameterRange eccentricity_range{0.5, 1};
 inline constexpr ParameterRange roughness_range{0.01, 1};
+/// A fiber whose lobes have widths of their own may be smoother, down to this: its energies are those of a smooth one.
+inline constexpr double least_roughness = 0.001;
 inline constexpr ParameterRange azimuthal_sigma_range_deg{0.5, 45};
 inline constexpr ParameterRange longitudinal_lambda_range_deg{0.25, 45};
 inline constexpr ParameterRange energy_path_share_range{0.01, 1};

@@ -34,8 +34,8 @@ struct LobeWidthsGiven {
 struct FiberParameters {
   float eta = 1.55f;           ///< index of refraction, [1.05, 3]
   float eccentricity = 0.85f;  ///< minor over major semi-axis, [0.5, 1]
-  /// alpha, Beckmann slope parameter, [0.01, 1]. It determines the energies of the lobes, whatever their widths, and
-  /// those widths that are not set below.
+  /// alpha, Beckmann slope parameter, [0.01, 1]; down to 0.001 where all widths below are set. It determines the
+  /// energies of the lobes, whatever their widths, and those widths that are not set below.
   float roughness = 0.2f;
   float tilt = 0.0523599f;  ///< cuticle tilt tau >= 0, scales rise towards the tip; 3 degrees
   glm::vec3 sigma_a{1.3f * 0.419f, 1.3f * 0.697f, 1.3f * 1.37f};  ///< absorption per major semi-axis, >= 0, RGB

@@ -14,6 +14,9 @@ enum class PrincipledWidths {
   by_model,   ///< `published` with the model `chiang2016`, whose lobes they are; `fitted` with every other model
   fitted,     ///< those by which the lobes of `elliptical` look like the published model (scenes/blender/README.md)
   published,  ///< those of Chiang et al. 2016
+  /// Those of equal half width and of equal blur, with the energies of a smooth fiber: dense hair of `elliptical` is
+  /// nearest to the published model by these (include/hosts.md).
+  equal,
 };
 
 /// The settings of an artist; defaults are the node's. Absorption is per radius of the fiber.
@@ -32,9 +35,10 @@ struct PrincipledHair {
 };
 
 /// The fiber that scatters like the node. Round fibers get lobes of Chiang's variances and logistic scales and an
-/// almost smooth surface. Without a tilt of the cuticle, the energies are the node's. With one, the traced scales lose
-/// less or more at grazing inclinations than lobes that are merely turned (in one case 0.60 instead of 0.68). Widths,
-/// tilt and aspect ratio are clamped to their ranges (parameter_ranges.h).
+/// almost smooth surface, of roughness 0.02, or 0.001 with `equal` widths. Without a tilt of the cuticle, the energies
+/// are the node's, but for oblique light at 0.02 (0.813 instead of 0.889 at 75 degrees in one case). With a tilt, the
+/// traced scales lose less or more at grazing inclinations than lobes that are merely turned (in one case 0.60 instead
+/// of 0.68). Widths, tilt and aspect ratio are clamped to their ranges (parameter_ranges.h).
 FiberParameters fiber_of(const PrincipledHair& hair);
 
 /// The inputs of MaterialX's chiang_hair_bsdf and their defaults. Its lobes are R, TT, TRT; later ones are as TRT.
