@@ -267,6 +267,44 @@ TEST(CInterface, TheOffsetRisesWithTheAzimuth) {
   tress_fibers_release(fibers);
 }
 
+// A host that samples lights where it is asked to finds the light of a white furnace, before any row answers: the mean
+// of S over uniform directions, theta and phi, is 1/(2 pi^2). Seed 3; 5 standard errors: 6e-7 of false alarms.
+TEST(CInterface, LightSamplesReachFibersThatNoRowAnswers) {
+  tress_options options;
+  tress_options_init(&options);
+  tress_service* service = nullptr;
+  tress_fibers* fibers = nullptr;
+  ASSERT_EQ(tress_service_create_for_fibers(&options, &service), TRESS_OK);
+  ASSERT_EQ(tress_fibers_create(service, TRESS_ROUGH, TRESS_FITTED, &fibers), TRESS_OK);
+  tress_fiber white;
+  tress_fiber_init(&white);
+  for (float& sigma : white.sigma_a) sigma = 0;
+  std::uint32_t id = 0;
+  ASSERT_EQ(tress_fibers_add(fibers, &white, &id), TRESS_OK);
+  constexpr int events = 20000;
+  constexpr double pi = 3.14159265358979;
+  double sum = 0, squares = 0;
+  RandomStream random(3, 0, 0);
+  for (int i = 0; i < events; ++i) {
+    const float xi1 = random.next(), xi2 = random.next(), h = 2 * random.next() - 1;
+    const float theta = static_cast<float>(pi) * (random.next() - 0.5f),
+                phi = static_cast<float>(2 * pi) * random.next();
+    tress_event event;
+    ASSERT_EQ(tress_fibers_begin(fibers, id, {0.3f, 0.8f}, xi1, xi2, h, 1, &event), TRESS_OK);
+    ASSERT_EQ(tress_fibers_takes_lights(fibers, &event), 1);
+    tress_fiber_value value;
+    ASSERT_EQ(tress_fibers_evaluate(fibers, &event, {theta, phi}, &value), TRESS_OK);
+    EXPECT_GT(value.pdf, 0);
+    const double light = 2 * pi * pi * double{value.value[1]};
+    sum += light / events;
+    squares += light * light / events;
+  }
+  EXPECT_NEAR(sum, 1, 5 * std::sqrt((squares - sum * sum) / events));
+  EXPECT_LT(squares, 30) << "too wide a spread to find a loss";
+  tress_fibers_release(fibers);
+  tress_service_release(service);
+}
+
 /// A service with a slice of densities and one of samples, whose target does what a test asks of it.
 struct Host {
   Host() {
