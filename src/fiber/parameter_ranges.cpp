@@ -1,5 +1,6 @@
 #include "tress/fiber/parameter_ranges.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -47,7 +48,11 @@ std::optional<Misfit> misfit_of(const FiberParameters& of) {
   // Beyond a circle there is no ellipse, not even by a rounding.
   if (!check.misfit && double{of.eccentricity} > eccentricity_range.most)
     check.misfit = Misfit{"eccentricity", eccentricity_range, of.eccentricity};
-  check.number("roughness", of.roughness, {least_roughness, roughness_range.most});
+  const auto all_given = [](const auto& angles) {
+    return std::ranges::all_of(angles, [](auto x) { return x.has_value(); });
+  };
+  const bool has_widths = all_given(of.azimuthal_sigma) && all_given(of.longitudinal_lambda);
+  check.number("roughness", of.roughness, {has_widths ? least_roughness : roughness_range.least, roughness_range.most});
   check.number("tilt", of.tilt, not_negative);
   check.color("sigma_a", of.sigma_a, not_negative);
   check.number("medulla_radius", of.medulla_radius, medulla_radius_range);

@@ -70,6 +70,9 @@ TEST(ParameterRanges, NameWhatIsOutOfThem) {
   EXPECT_EQ(fiber::range_error(bright)->message(), "gain: expected a number from 0 to 1e+15, found 1.01e+15");
   FiberParameters smooth;
   smooth.roughness = 0.0009f;
+  EXPECT_EQ(fiber::range_error(smooth)->message(), "roughness: expected a number from 0.01 to 1, found 0.0009");
+  smooth.azimuthal_sigma.fill(0.1f);
+  smooth.longitudinal_lambda.fill(0.1f);
   EXPECT_EQ(fiber::range_error(smooth)->message(), "roughness: expected a number from 0.001 to 1, found 0.0009");
   FiberParameters fiber;
   fiber.eccentricity = 1.000001f;  // the axes would swap
