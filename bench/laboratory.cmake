@@ -5,7 +5,8 @@ tress_library(tress_references KIND STATIC INCLUDES bench FOLDERS bench/referenc
 target_include_directories(tress_references PRIVATE ${PROJECT_SOURCE_DIR}/adaptive)
 
 tress_library(tress_laboratory KIND STATIC INCLUDES bench FOLDERS bench/lab LINK tress_cli tress_references
-  PRIVATE stb CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json TBB::tbb)
+  PRIVATE stb CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json TBB::tbb
+  HEADERS Eigen3::Eigen)
 tress_web_assets(tress_laboratory tress::lab lab/web_assets.h bench/lab/web/lobes.html bench/lab/web/lobes.js)
 compile_together(tress_laboratory 10)
 add_dependencies(tress_laboratory tress_commit)

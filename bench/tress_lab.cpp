@@ -7,6 +7,7 @@
 
 int main(int argc, char** argv) {
   tress::fiber::use_catalog(tress::references::catalog());
-  return tress::cli::run(argc, argv,
-                         {"tress-lab", {tress::lab::add_fit, tress::lab::add_far_field, tress::lab::add_lobes}});
+  return tress::cli::run(
+      argc, argv,
+      {"tress-lab", {tress::lab::add_fit, tress::lab::add_far_field, tress::lab::add_lobes, tress::lab::add_measure}});
 }

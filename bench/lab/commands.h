@@ -8,5 +8,6 @@ namespace tress::lab {
 cli::Command add_fit(CLI::App& program);
 cli::Command add_far_field(CLI::App& program);
 cli::Command add_lobes(CLI::App& program);
+cli::Command add_measure(CLI::App& program);
 
 }  // namespace tress::lab

@@ -66,7 +66,7 @@ bool takes_arguments(const CLI::App& app) {
 }
 
 /// The commands that tress had until version 0.2 and that tress-lab has now.
-constexpr std::array<std::string_view, 3> laboratory_commands{"fit", "far-field", "lobes"};
+constexpr std::array<std::string_view, 4> laboratory_commands{"fit", "far-field", "lobes", "measure"};
 
 /// A message about the first word that is no command or option, with the nearest one; empty if all words are known.
 /// CLI11 would only say that it did not expect the word.

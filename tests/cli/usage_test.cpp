@@ -177,7 +177,7 @@ TEST_F(Usage, AnOptionThatIsNotThereYetIsNotSilentlyAccepted) {
 }
 
 TEST_F(Usage, WhatIsInTheLaboratoryIsAnsweredWithItsProgram) {
-  for (const char* command : {"fit", "far-field", "lobes"})
+  for (const char* command : {"fit", "far-field", "lobes", "measure"})
     expect_wrong({command, "--json"}, "tress " + std::string(command) + ": this command is in tress-lab (");
   for (const std::string_view model : fiber::laboratory_models())
     expect_wrong({"render", "a.json", "-o", "a.exr", "--model", std::string(model)},

@@ -30,7 +30,7 @@ class LaboratoryUsage : public CommandTest {
 };
 
 TEST_F(LaboratoryUsage, HasTheCommandsOfTressAndItsOwn) {
-  for (const char* command : {"fit", "far-field", "lobes", "render", "cache"}) {
+  for (const char* command : {"fit", "far-field", "lobes", "measure", "render", "cache"}) {
     const Outcome outcome = run({"help", command});
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_THAT(outcome.out, HasSubstr("tress-lab " + std::string(command)));

@@ -816,6 +816,18 @@ constexpr Parameter table[] = {
               "",
               "1000000",
               "paths that are traced, or directions at which a model is evaluated"},
+    Parameter{"", "--fit-paths", whole, {512, 1e8}, "", "", "262144", "paths of each fiber that is tried"},
+    Parameter{"",
+              "--incidence",
+              number,
+              {-89.9, 89.9},
+              degrees,
+              "",
+              "the file's",
+              "inclination of the source as the fiber sees it, from the normal plane towards the tip"},
+    Parameter{"", "--rotation", number, turn, degrees, "", "the file's, or all rotations alike",
+              "azimuth of the source from the fiber's major axis towards the minor one"},
+    Parameter{"", "--detector", number, {0.1, 30}, degrees, "", "the file's, or 3", "angle that the detector is wide"},
 };
 
 /// Keys that have the same row as those of another place.
