@@ -185,10 +185,9 @@ class Fitter {
     PartHeights sums;
     add_heights(exits_, lanes_, p, sums);
     start_layer(lanes_.main, sums.main, p, 1 - rule_.first_broad_share, main_scales);
-    auto near = sums.main;
     FarHeights far;
     for (const float widths : {2.0f, 2.5f, 3.5f}) {  // the width has ever less of the light that is far
-      near = sums.main;
+      auto near = sums.main;
       far = {};
       split_heights(p, widths, near, far);
       start_layer(lanes_.main, near, p, 1, main_scales);

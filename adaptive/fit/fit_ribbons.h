@@ -18,7 +18,7 @@ struct RibbonFitRule {
   bool parents_law = false;  ///< whether a part that has a parent keeps its law; others take the likelier law
   float kappa = 0;           ///< number of exits that a parent counts for, in fits from a parent
   RibbonPrior prior;
-  float first_broad_share = 0.01f;  ///< share of the broad layer at the start of parts without a parent
+  float first_broad_share = 0.01f;  ///< at the start, of parts without parent or second peak
 
   /// The rule for this many paths. A fit to few paths depends on its start: it starts from the parent and is held to
   /// it, or, without a parent, starts from moments. With more paths, such a start would only trap the fit in a poor

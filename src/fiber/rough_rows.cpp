@@ -27,7 +27,7 @@ constexpr std::size_t first_part = 4;  // among the parameters of a slice
 /// energies are then 0 to 10 % larger; below an alpha of 0.1 up to 20 %.
 constexpr float roulette_below = 0.25f;
 /// Dark fibers are seen by their first reflection, which is a tenth of the light of clear paths. So the first paths of
-/// a stream have more of it. All paths would have twice as many exits to fit.
+/// a stream have more of it. Later there is enough.
 constexpr std::uint32_t paths_with_reflections = 512;
 constexpr std::uint32_t most_at_once = 4096;  // number of paths for which a thread keeps memory: 1 MB
 constexpr float to_the_end = std::numeric_limits<float>::infinity();

@@ -172,8 +172,8 @@ TEST(FitRibbons, FewExitsLeaveLittleLightFarFromALobe) {
   EXPECT_LT(far, 1.0 / (512 * seeds));
 }
 
-/// Two peaks of one azimuth, as grazing light of R has them. Of 16 fits to 512 exits the valley between has 0.8 % of
-/// the light (0.003 % in the truth); 9 % if the broad layer starts from all exits, between the peaks.
+/// Two peaks of one azimuth, as grazing light of R has them. The valley between has 0.07 % of the light of 16 fits to
+/// 512 exits (0.008 % of the truth's); 3.3 % if the broad layer starts from all exits, between the peaks.
 TEST(FitRibbons, AValleyBetweenTwoPeaksStaysDark) {
   std::array<RibbonKnot, Ribbon::main_knots> main;
   std::array<RibbonKnot, Ribbon::broad_knots> broad;
@@ -192,7 +192,7 @@ TEST(FitRibbons, AValleyBetweenTwoPeaksStaysDark) {
       valley += static_cast<double>(fitted.cdf(x, 3.5f)[1] - fitted.cdf(x, 2.5f)[1]) / (16 * seeds);
     }
   }
-  EXPECT_LT(valley, 0.02);
+  EXPECT_LT(valley, 0.005);
 }
 
 TEST(FitRibbons, TheRuleGoesByPaths) {
