@@ -184,33 +184,38 @@ class Fitter {
     }
     PartHeights sums;
     add_heights(exits_, lanes_, p, sums);
-    start_layer(lanes_.main, sums.main, p, 1 - rule_.first_broad_share, main_scales);
+    start_main(sums.main, p, 1);
     FarHeights far;
-    for (const float widths : {2.0f, 2.5f, 3.5f}) {  // the width has ever less of the light that is far
+    for (const float widths : {2.0f, 2.5f}) {  // the main layer becomes narrower each time
       auto near = sums.main;
       far = {};
       split_heights(p, widths, near, far);
-      start_layer(lanes_.main, near, p, 1, main_scales);
+      for (std::size_t lane = p; lane < fit_lanes; lane += parts) start_main(near, lane, 1);
     }
-    if (const auto* peak = far.peak(lanes_.count[p])) {  // a broad layer about both peaks would fill the valley
-      start_layer(lanes_.broad, *peak, p, 1, {0.7f, 0.5f});
-    } else {
-      start_layer(lanes_.main, sums.main, p, 1 - rule_.first_broad_share, main_scales);
-      start_layer(lanes_.broad, sums.broad, p, rule_.first_broad_share, {0.7f, 0.7f});
+    // With one law the broad layer starts at the height of a second peak. With the other it starts about the main
+    // layer, from where it would fill the valley between two peaks. The likelier fit is kept.
+    const auto* peak = far.farther_side(lanes_.count[p]);
+    for (std::size_t lane = p; lane < fit_lanes; lane += parts) {
+      if (lane != p && peak != nullptr) {
+        start_layer(lanes_.broad, *peak, lane, 1, 0.5f);
+      } else {
+        start_main(sums.main, lane, 1 - rule_.first_broad_share);
+        start_layer(lanes_.broad, sums.broad, lane, rule_.first_broad_share, 0.7f);
+      }
     }
   }
 
   /// The light far from the mean height of its azimuth, below and above it.
   struct FarHeights {
     std::array<HeightSums, broad_knots> below{}, above{};
+    float excess_below = 0, excess_above = 0;  ///< light times the widths by which it is too far for the main layer
 
-    /// The side that has a second peak of a part of that many exits; null if none has.
-    const std::array<HeightSums, broad_knots>* peak(float exits) const {
-      constexpr float least_share = 0.01f, over_other = 2;
-      const float light_below = light_of(below), light_above = light_of(above);
-      if (std::max(light_below, light_above) < least_share * exits) return nullptr;
-      if (light_below > over_other * light_above) return &below;
-      return light_above > over_other * light_below ? &above : nullptr;
+    /// The side whose light is farther away, counted by its distance; null if it has next to none. A second peak is
+    /// farther away than the tail of the main layer.
+    const std::array<HeightSums, broad_knots>* farther_side(float exits) const {
+      constexpr float least_share = 0.003f;
+      const auto& side = excess_below > excess_above ? below : above;
+      return light_of(side) < least_share * exits ? nullptr : &side;
     }
     static float light_of(const std::array<HeightSums, broad_knots>& sums) {
       float light = 0;
@@ -239,6 +244,7 @@ class Fitter {
         const float away = t - line(here.mode, there.mode), scale = line(here.scale_below, there.scale_below);
         if (std::abs(away) <= widths / normal_scale * scale) continue;
         add(near[piece.main], -w, s, t);
+        (away < 0 ? far.excess_below : far.excess_above) += w * (std::abs(away) / (scale / normal_scale) - widths);
         add((away < 0 ? far.below : far.above)[piece.broad], w, (x - piece.broad_x0) * piece.broad_inverse_width, t);
       }
     }
@@ -251,13 +257,16 @@ class Fitter {
     knot.log_above[lane] = std::log(knot.scale_above[lane]);
   }
 
-  /// Starts from the masses, means and widths of the light of each hat. narrower: the ratios of the scales of the
-  /// normal and of the logistic law to a width.
+  void start_main(const std::array<HeightSums, main_knots>& sums, std::size_t lane, float share) {
+    start_layer(lanes_.main, sums, lane, share, main_scales[lanes_.law[lane] == HeightLaw::normal ? 0 : 1]);
+  }
+
+  /// Starts from the masses, means and widths of the light of each hat. narrower: the ratio of a scale to a width.
   template <std::size_t count>
-  void start_layer(LayerLanes<count>& layer, const std::array<HeightSums, count>& sums, std::size_t p, float share,
-                   std::array<float, 2> narrower) {
+  void start_layer(LayerLanes<count>& layer, const std::array<HeightSums, count>& sums, std::size_t lane, float share,
+                   float narrower) {
     constexpr float added = 1;  // in exits of the mean of all
-    const float n = lanes_.count[p];
+    const float n = lanes_.count[lane];
     float all = 1e-6f, all_t = 0, all_tt = 0;
     for (const HeightSums& sum : sums) {
       all += sum.light;
@@ -270,14 +279,11 @@ class Fitter {
       const float exits = light + added;
       const float middle = (from.height - from.height_s + to.height_s + added * all_t / all) / exits;
       const float square = (from.square - from.square_s + to.square_s + added * all_tt / all) / exits;
-      const float width = std::sqrt(std::max(square - middle * middle, 0.0f));
-      for (std::size_t lane = p; lane < fit_lanes; lane += parts) {
-        KnotLanes& knot = layer.knots[k];
-        const float scale = width * narrower[lanes_.law[lane] == HeightLaw::normal ? 0 : 1];
-        knot.mode[lane] = std::clamp(middle, -Ribbon::largest_mode, Ribbon::largest_mode);
-        set_scales(knot, lane, scale, scale, layer.least_scale);
-        knot.density[lane] = share * (light + added / count * 0.1f) / (n + 0.1f * added) / knot.hat[lane];
-      }
+      const float scale = std::sqrt(std::max(square - middle * middle, 0.0f)) * narrower;
+      KnotLanes& knot = layer.knots[k];
+      knot.mode[lane] = std::clamp(middle, -Ribbon::largest_mode, Ribbon::largest_mode);
+      set_scales(knot, lane, scale, scale, layer.least_scale);
+      knot.density[lane] = share * (light + added / count * 0.1f) / (n + 0.1f * added) / knot.hat[lane];
     }
   }
 
