@@ -142,17 +142,16 @@ adaptive::SliceDescription rough_slice(const FiberParameters& fiber) {
   for (const double theta : thetas) slice.axis_a.push_back(static_cast<float>(theta * degree));
   const int phis = fiber.eccentricity < 1 ? 12 : 0;
   for (int i = 0; i <= phis; ++i) slice.axis_b.push_back(static_cast<float>(7.5 * i * degree));
-  // The inclinations of the coarse grids are closer towards grazing, where lobes change fastest.
-  for (const auto& [of_theta, every] :
-       {std::pair{std::vector<double>{0, 30, 60, 75, 87.5}, 4}, {{0, 15, 30, 45, 60, 70, 80, 87.5}, 2}}) {
-    adaptive::CoarseAxes grid;
-    for (std::uint32_t i = 0; i < slice.axis_a.size(); ++i) {
-      const double theta = std::abs(static_cast<double>(slice.axis_a[i])) / degree;
-      if (std::ranges::any_of(of_theta, [theta](double one) { return std::abs(one - theta) < 1; })) grid.a.push_back(i);
-    }
-    for (int i = 0; i <= phis; i += every) grid.b.push_back(static_cast<std::uint32_t>(i));
-    slice.coarse.push_back(std::move(grid));
+  // The coarse grid is finer towards grazing, where lobes change fastest.
+  adaptive::CoarseAxes grid;
+  for (std::uint32_t i = 0; i < slice.axis_a.size(); ++i) {
+    constexpr std::array coarse_thetas{0.0, 20.0, 40.0, 50.0, 60.0, 70.0, 75.0, 80.0, 87.5};
+    const double theta = std::abs(static_cast<double>(slice.axis_a[i])) / degree;
+    if (std::ranges::any_of(coarse_thetas, [theta](double one) { return std::abs(one - theta) < 1; }))
+      grid.a.push_back(i);
   }
+  for (int i = 0; i <= phis; i += 2) grid.b.push_back(static_cast<std::uint32_t>(i));
+  slice.coarse.push_back(std::move(grid));
   return slice;
 }
 

@@ -5,10 +5,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <map>
 #include <numbers>
 #include <vector>
 
+#include "density/interpolated_row.h"
 #include "fiber/traced_parts.h"
+#include "fit/learn_stage.h"
+#include "table/levels.h"
 #include "tress/fiber/elliptical_model.h"
 
 namespace {
@@ -141,6 +147,57 @@ TEST(RoughRows, TheFirstPathsOfAStreamHaveFourReflectionsEach) {
 }
 
 // More paths than are followed at once, too.
+/// Before its first events a fiber answers by the coarse grid alone. R of 36 nodes between, in rings of 10 degrees of
+/// theta_i summed over them, then differs from rows of their own by 4.0 % of its light, both fitted to 4,096 paths; by
+/// 20 % with inclinations of 0, 30, 60, 75 and 87.5 degrees and azimuths of 30. The bound is twice the first.
+TEST(RoughRows, CoarseRowsSendReflectionsWhereFinerRowsDo) {
+  const auto slice = fiber::rough_slice(fiber_with(0.9f, 0.2f, 3 * degree));
+  const auto target = fiber::make_rough_target();
+  const adaptive::Levels levels(slice);
+  const auto width = static_cast<std::uint32_t>(slice.axis_b.size());
+  const auto learned = [&](std::uint32_t node) {
+    return adaptive::learn_stage(*target, slice, slice.axis_a[node / width], slice.axis_b[node % width], 4096, 0,
+                                 nullptr, nullptr)
+        .row;
+  };
+  std::map<std::uint32_t, adaptive::DecodedRow> coarse;
+  std::array<double, 18> own{}, between{};
+  const auto add_rings = [&](const adaptive::RibbonRow& row, float theta_r, std::array<double, 18>& rings) {
+    constexpr int azimuths = 32;
+    for (int i = 0; i < azimuths; ++i) {
+      constexpr float step = 2 * pi / azimuths;
+      const float from = step * static_cast<float>(i) - pi, x = from + step / 2;
+      const float to = i + 1 < azimuths ? row.ribbon(0).cdf(from + step, 0)[0] : 1;
+      const double light = static_cast<double>(to - row.ribbon(0).cdf(from, 0)[0]);
+      float before = 0;
+      for (std::size_t ring = 0; ring < rings.size(); ++ring) {
+        const float top =
+            fiber::height_of(10 * degree * static_cast<float>(ring + 1) - pi / 2) - fiber::specular_height(theta_r);
+        const float below = row.ribbon(0).cdf(x, top)[1];
+        rings[ring] += light * static_cast<double>(below - before);
+        before = below;
+      }
+    }
+  };
+  int nodes = 0;
+  for (std::uint32_t a = 1; a < slice.axis_a.size(); a += 3) {
+    for (const std::uint32_t b : {1u, 5u, 10u}) {
+      const std::uint32_t node = a * width + b;
+      std::vector<adaptive::WeightedRow> parents;
+      for (const adaptive::Levels::Corner& corner : levels.around(0, node)) {
+        if (!coarse.contains(corner.node)) coarse[corner.node] = adaptive::DecodedRow(learned(corner.node));
+        parents.push_back({&coarse[corner.node], corner.weight});
+      }
+      add_rings(learned(node), slice.axis_a[a], own);
+      add_rings(adaptive::interpolate_rows(parents), slice.axis_a[a], between);
+      ++nodes;
+    }
+  }
+  double off = 0;
+  for (std::size_t ring = 0; ring < own.size(); ++ring) off += std::abs(between[ring] - own[ring]) / nodes;
+  EXPECT_LT(off, 0.08);
+}
+
 TEST(RoughRows, SetsAreFourStreams) {
   const auto target = fiber::make_rough_target();
   for (const FiberParameters& fiber : {fiber_with(0.85f, 0.2f, 0.05f), with_medulla(fiber_with(0.75f, 0.1f, 0))}) {
