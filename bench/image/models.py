@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """CPU time to equal noise of `rough` over that of `elliptical`, both warm, and how far both are from the traced fiber.
 
-usage: bench/image/models.py [BUILD] [-o FILE] [--spp N] [--seeds N] [--truth N] [--only NAME]... [-- FLAG...]
+usage: bench/image/models.py [BUILD] [-o FILE] [--spp N] [--seeds N] [--truth N] [--only NAME]... [--cold] [-- FLAG...]
 
 The scenes of chart 4, and blond hair in a city. Each model is taught by one render, then rendered with its table frozen, the
 models taking turns, a seed each turn. Noise n^2 is the variance over seeds, mean of the pixels that are lit, over the square of
@@ -10,6 +10,9 @@ root mean square difference of means of 8 x 8 pixels from the truth's over its m
 taken out. The truth is `rough` without a row, --truth seeds (0: none) of four times the samples: every hit is a traced path and
 sees lights without bias, which fiber3d, the same in the mean, does with much more noise under small lights. Standard errors are
 by leaving out one seed at a time. FLAG: more options of every `rough` render.
+
+--cold: `rough` alone, without a cache: its error, its brightness and the noise of a picture in the same blocks. Such a picture is
+as good as one without bias if the square of the error is small against that of the noise.
 """
 import argparse
 import json
@@ -70,7 +73,7 @@ class Renders:
         return first + steady * samples * noise / pictures.TARGET ** 2, noise, steady, first
 
 
-def coarse(renders, left_out):
+def coarse(renders, left_out=None):
     some = renders.without(left_out)[0]
     return numpy.array([figures.blocks(picture, BLOCK) for picture in some])
 
@@ -127,6 +130,38 @@ def measure(run, name, options):
     return found
 
 
+def measure_cold(run, name, options):
+    groom, color, environment = SCENES[name]
+    scene = scene_of(run, groom, color, environment)
+    if not scene:
+        return None
+    plain = name.replace(" ", "_").replace(",", "").replace(".", "_")
+
+    def rendered(kind, samples, seeds, *flags):
+        renders = Renders()
+        for seed in seeds:
+            renders.add(run.render(scene, f"{plain}_{kind}", "--model", "rough", "--resolution", pictures.size_of(groom, False), "--spp",
+                                   samples, "--layers", "beauty", *flags, seed=seed), samples)
+        return renders
+
+    truth = rendered("traced", 4 * options.spp, range(101, 101 + options.truth), "--table-memory", 0)
+    cold = rendered("cold", options.spp, range(1, 1 + options.seeds), *options.flags)
+    mean = coarse(truth).mean(axis=0)
+    lit = mean.mean(axis=-1) > 1e-3 * mean.max()
+
+    def noise(left_out=None):
+        return float(coarse(cold, left_out).var(axis=0, ddof=1)[lit].mean() ** 0.5 / mean[lit].mean())
+
+    def brightness(left_out=None):
+        return float(cold.without(left_out)[0].mean() / numpy.mean(truth.pictures))
+
+    without = range(options.seeds)
+    return {"scene": name, "samples": options.spp,
+            "error": with_error(error_of(cold, truth), [error_of(cold, truth, k) for k in without]),
+            "noise": with_error(noise(), [noise(k) for k in without]),
+            "brightness": with_error(brightness(), [brightness(k) for k in without])}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", nargs="?", default=os.path.join(ROOT, "build", "release"))
@@ -135,12 +170,13 @@ def main():
     parser.add_argument("--seeds", type=int, default=12)
     parser.add_argument("--truth", type=int, default=4)
     parser.add_argument("--only", action="append", choices=SCENES)
+    parser.add_argument("--cold", action="store_true")
     parser.add_argument("flags", nargs="*", help="after --")
     options = parser.parse_args()
     run = charts.Run(os.path.join(os.path.abspath(options.build), "tress"), os.path.join(ROOT, "build", "default_model"))
     scenes = []
     for name in options.only or SCENES:
-        found = measure(run, name, options)
+        found = (measure_cold if options.cold else measure)(run, name, options)
         if not found:
             continue
         scenes.append(found)
