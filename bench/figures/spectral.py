@@ -154,8 +154,8 @@ def print_renders(options):
     figures.render(options, file, "teacher", "--spp", "64", "--warm-cache", figures.path(options, "rows.cache"))
     nm = 400 + 12.5 * (numpy.arange(24) + .5)
     by = weights(nm)
-    for name, pigment, rgb in (("dark blond", (.25, .35), (1, 1, 1)), ("brown", (1.3, 0), (1, 1, 1)), ("red", (0, 1), (1, 1, 1)),
-                               ("dark blond, low sun", (.25, .35), (1, .4, .12))):
+    for name, pigment, rgb in (("dark blond", (.25, .35), (1, 1, 1)), ("brown", (1.3, 0), (1, 1, 1)),
+                               ("red", (0, 1), (1, 1, 1)), ("dark blond, low sun", (.25, .35), (1, .4, .12))):
         key = name.replace(" ", "_").replace(",", "")
         light = numpy.interp(nm, FINE, smooth_light(rgb))
         true = 0
