@@ -21,10 +21,10 @@
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr float smallest_pdf = 1e-30f;  // where every lobe has underflowed
-constexpr std::size_t r = 0, tt = 1, trt = 2, lobe_kinds = 3;
-constexpr float lambda_of_cauchy = 0.56729633f;  // as in ou2012.cpp
-constexpr float any_azimuth = 0.1f;              // share of the draws of TT
+constexpr float smallest_pdf = 1e-30f;                // where every lobe has underflowed
+constexpr std::size_t r = 0, tt = 1, lobe_kinds = 3;  // then TRT
+constexpr float lambda_of_cauchy = 0.56729633f;       // as in ou2012.cpp
+constexpr float any_azimuth = 0.1f;                   // share of the draws of TT
 constexpr int energy_steps = 48, energy_points = 48;
 using ByLobe = std::array<glm::vec3, lobe_kinds>;
 
@@ -185,26 +185,21 @@ class Deon2022 final : public FiberModel {
   }
 
  private:
-  /// S of each lobe without gain.
-  static ByLobe values(const FiberParameters& fiber, const glm::vec3& sigma_a, float theta_r, float theta_i,
-                       float phi) {
+  /// S of a lobe without gain.
+  static glm::vec3 value_of(std::size_t p, const FiberParameters& fiber, const glm::vec3& sigma_a, float theta_r,
+                            float theta_i, float phi) {
     const float theta_h = 0.5f * (theta_i + theta_r), theta_d = 0.5f * (theta_r - theta_i);
     const float cos_d = std::max(std::cos(theta_d), 1e-9f), ratio = std::min(std::cos(theta_i) / cos_d, 2.0f);
-    const float half = std::cos(0.5f * phi);
+    const float m = gaussian(theta_h - tilt_of(p, fiber.tilt), width_of(p, fiber.eta, fiber.roughness, theta_i, phi));
+    const float longitudinal = 0.5f * m * ratio * ratio;
+    if (p != r)
+      return longitudinal * deon2022_azimuthal(static_cast<int>(p), fiber.eta, fiber.roughness, sigma_a, theta_d, phi);
     const float between = std::sin(theta_i) * std::sin(theta_r) + std::cos(theta_i) * std::cos(theta_r) * std::cos(phi);
-    const std::array<glm::vec3, lobe_kinds> azimuthal{
-        glm::vec3(schlick(fiber.eta, root(0.5f + 0.5f * between)) * 0.25f * std::max(half, 0.0f)),
-        deon2022_azimuthal(1, fiber.eta, fiber.roughness, sigma_a, theta_d, phi),
-        deon2022_azimuthal(2, fiber.eta, fiber.roughness, sigma_a, theta_d, phi)};
-    ByLobe s;
-    for (std::size_t p = 0; p < lobe_kinds; ++p) {
-      const float m = gaussian(theta_h - tilt_of(p, fiber.tilt), width_of(p, fiber.eta, fiber.roughness, theta_i, phi));
-      s[p] = azimuthal[p] * (0.5f * m * ratio * ratio);
-    }
-    return s;
+    const float reflected = schlick(fiber.eta, root(0.5f + 0.5f * between));
+    return glm::vec3(longitudinal * reflected * 0.25f * std::max(std::cos(0.5f * phi), 0.0f));
   }
 
-  /// Integrals of values() over all directions, by midpoints, of theta_i about each lobe.
+  /// Integrals of value_of() over all directions, by midpoints, of theta_i about each lobe.
   static ByLobe energies(const FiberParameters& fiber, const glm::vec3& sigma_a, float theta_r) {
     ByLobe sum{};
     for (std::size_t p = 0; p < lobe_kinds; ++p) {
@@ -216,7 +211,7 @@ class Deon2022 final : public FiberModel {
                     to = std::clamp(middle + width, -half_pi, half_pi);
         const float step = (to - from) / energy_points, weight = 2 * step * pi_f / energy_points;
         for (int i = 0; i < energy_points; ++i)
-          sum[p] += weight * values(fiber, sigma_a, theta_r, from + (static_cast<float>(i) + 0.5f) * step, phi)[p];
+          sum[p] += weight * value_of(p, fiber, sigma_a, theta_r, from + (static_cast<float>(i) + 0.5f) * step, phi);
       }
     }
     return sum;
@@ -232,12 +227,12 @@ class Deon2022 final : public FiberModel {
     const Deon2022Draws& draws = constants_in<Deon2022Draws>(event);
     const FiberParameters& fiber = ids_[event.fiber];
     const float phi = adaptive::wrap_angle(wi.phi - event.wr.phi);
-    const ByLobe s = values(fiber, fibers_[event.fiber].sigma_a, event.wr.theta, wi.theta, phi);
+    const glm::vec3& sigma_a = fibers_[event.fiber].sigma_a;
     const std::array<float, lobe_kinds> azimuthal{0.25f * std::max(std::cos(0.5f * phi), 0.0f), draws.density(1, phi),
                                                   draws.density(2, phi)};
     FiberValue value;
     for (std::size_t p = 0; p < lobe_kinds; ++p) {
-      value.s[p] = fiber.gain[p] * s[p];
+      value.s[p] = fiber.gain[p] * value_of(p, fiber, sigma_a, event.wr.theta, wi.theta, phi);
       if (event.selection[p] > 0)
         value.pdf += event.selection[p] * azimuthal[p] * proposal(event, p, phi).density(wi.theta);
     }
