@@ -20,6 +20,7 @@
 #include "fiber/longitudinal.h"
 #include "models/elliptical/ray_shape.h"
 #include "references/models/deon2011_azimuth.h"
+#include "references/models/deon2022.h"
 #include "references/models/marschner_table.h"
 #include "references/models/ou2012_lobes.h"
 #include "references/registry.h"
@@ -190,6 +191,42 @@ class Marschner2003 : public RivalFacts {
           fiber::marschner_density(fiber::marschner_paths(fiber.shape, lobe, fiber.phi_r, fiber.theta_d, x), sigma_a);
     });
     return sum;
+  }
+  std::vector<Fiber> fibers_;
+};
+
+/// TT, which is not blurred, and TRT, of the roughness whose TRT has the row's sigma.
+class Deon2022 : public RivalFacts {
+ public:
+  explicit Deon2022(const Domain& domain) {
+    for (const Row& row : domain.rows) {
+      if (row.p > 2) continue;
+      const float roughness = row.sigma / 1.8f;  // azimuthal_sigmas()
+      fibers_.push_back({row.p, roughness, row.theta_d, {eta, roughness, row.theta_d}});
+      const auto curve = [&](double x) {
+        return static_cast<double>(density(fibers_.back(), clear, static_cast<float>(x)).g);
+      };
+      errors.push_back(row.own.error(curve, row.sigma));
+      circle_errors.push_back(row.circle.error(curve, row.sigma));
+    }
+    rows = fibers_.size();
+  }
+  Answer evaluate(std::size_t i, float x) const {
+    const Fiber& fiber = fibers_[i];
+    return {density(fiber, brown, x), fiber.draws.density(fiber.p, x), x};
+  }
+  Answer sample(std::size_t i, float u, float u_other) const {
+    return evaluate(i, fibers_[i].draws.sample(fibers_[i].p, u, u_other));
+  }
+
+ private:
+  struct Fiber {
+    int p;
+    float roughness, theta_d;
+    fiber::Deon2022Draws draws;
+  };
+  static glm::vec3 density(const Fiber& fiber, const glm::vec3& sigma_a, float x) {
+    return fiber::deon2022_azimuthal(fiber.p, eta, fiber.roughness, sigma_a, fiber.theta_d, x);
   }
   std::vector<Fiber> fibers_;
 };

@@ -326,6 +326,7 @@ void add_domain(const std::string& name) {
   add<Quadrature>(name + "/exact", [domain] { return std::make_unique<Quadrature>(domain->get(), 0); });
   add<Chiang2016>(name + "/chiang2016", [domain] { return std::make_unique<Chiang2016>(domain->get()); });
   add<Marschner2003>(name + "/marschner2003", [domain] { return std::make_unique<Marschner2003>(domain->get()); });
+  add<Deon2022>(name + "/deon2022", [domain] { return std::make_unique<Deon2022>(domain->get()); });
   add<Ou2012>(name + "/ou2012", [domain] { return std::make_unique<Ou2012>(domain->get()); });
   add<Pekelis2015>(name + "/pekelis2015", [domain] { return std::make_unique<Pekelis2015>(domain->get()); });
 }

@@ -5,7 +5,7 @@ import charts
 TITLE = "Azimuthal part: error against cost"
 DOMAINS = {"whole": "sigma 1 to 45 degrees, e .5 to 1", "hard": "sigma 1 to 10 degrees, e .7 to 1"}
 LEARNERS = ("eager", "ais", "table", "em", "appendix", "appendix-literal", "sketch")  # the last is drawn on top
-CIRCULAR = ("deon2011", "chiang2016", "ou2012", "marschner2003", "pekelis2015")
+CIRCULAR = ("deon2011", "deon2022", "chiang2016", "ou2012", "marschner2003", "pekelis2015")
 QUANTILES = ("p50", "p90", "p99", "max")
 LEFT_OUT = {"fiber3d": "has no azimuthal density, it can only be sampled",
             "GLINT by itself": "is part of TRT here, as in a fiber that does not split it off",
@@ -17,7 +17,7 @@ def measure(run):
     pattern = "."
     if run.quick:  # ends and middle of the curves; appendix-literal is the same everywhere
         pattern = ("/(sketch|eager|ais|table|em|appendix) (0.1|0.01|0.001)/|literal 0.01/|/(one-channel|knots|quadrature|"
-                   "exact|deon2011|chiang2016|marschner2003|ou2012|pekelis2015)|loop")
+                   "exact|deon2011|chiang2016|marschner2003|deon2022|ou2012|pekelis2015)|loop")
     measured = run.google_benchmark("azimuthal_rivals", pattern, least, repetitions, {"TRESS_BENCH_ROWS": str(rows)})
     times = charts.by_name(measured)
     loop = {what: times[f"loop/{what}"]["median"] for what in ("evaluate", "sample")}

@@ -347,7 +347,8 @@ def save(path, content):
 STYLES = {
     "elliptical": ("#d62728", "o"), "fitted": ("#d62728", "o"), "sketch": ("#d62728", "o"),
     "corrected": ("#ff7f0e", "s"), "exact": ("#7f7f7f", "D"), "fiber3d": ("#000000", "*"),
-    "deon2011": ("#1f77b4", "v"), "chiang2016": ("#2ca02c", "^"), "marschner2003": ("#9467bd", "<"),
+    "deon2011": ("#1f77b4", "v"), "deon2022": ("#56b4e9", "v"),
+    "chiang2016": ("#2ca02c", "^"), "marschner2003": ("#9467bd", "<"),
     "ou2012": ("#8c564b", ">"), "pekelis2015": ("#e377c2", "P"), "pekelis2015-printed": ("#f7b6d2", "X"),
     "eager": ("#ff9896", "s"), "em": ("#17becf", "^"), "appendix": ("#bcbd22", "v"),
     "appendix-literal": ("#dbdb8d", "x"), "ais": ("#08306b", "D"), "table": ("#5f0f40", "P"), "cycles": ("#393b79", "h"),

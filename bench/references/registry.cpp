@@ -7,6 +7,7 @@
 #include "references/learners/eager_learner.h"
 #include "references/learners/em_learner.h"
 #include "references/models/deon2011.h"
+#include "references/models/deon2022.h"
 #include "references/models/marschner2003.h"
 #include "references/models/ou2012.h"
 #include "references/models/pekelis2015.h"
@@ -28,6 +29,11 @@ const ModelInfo all_models[] = {
      .make = fiber::make_deon2011,
      .conserves_energy = true,
      .has_quadrature = true},
+    {.name = "deon2022",
+     .source = "d'Eon 2022 (NVIDIA RTXCR); R of d'Eon, Marschner, Hanika 2014, TT of Marschner et al. 2003",
+     .summary = "round fibers in closed form, TRT as three fitted Gaussians; not normalised",
+     .make_target = nullptr,
+     .make = fiber::make_deon2022},
     {.name = "ou2012",
      .source = "Ou, Xie, Krishnamachari, Pellacini 2012; Sadeghi, Pritchett, Jensen, Tamstorf 2010",
      .summary = "artist-friendly lobes, not normalised, with a Fresnel term in R",

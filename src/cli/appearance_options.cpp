@@ -38,6 +38,7 @@ void add_appearance(CLI::App* app, scene::Overrides& o) {
   add_file(
       app, "--environment", [&o](const std::string& file) { o.environment_file = file; },
       "latitude-longitude picture that lights the scene");
+  add_flag(app, "--spectral", [&o] { o.settings.emplace_back("integrator/spectral=true"); });
   app->add_option_function<std::vector<std::string>>(
          "--set",
          [&o](const std::vector<std::string>& texts) {

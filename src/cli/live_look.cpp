@@ -8,6 +8,8 @@
 #include <numbers>
 #include <string>
 
+#include "base/bands.h"
+#include "scene/model/absorption.h"
 #include "scene/model/parameters.h"
 #include "scene/read/source_reader.h"
 #include "tress/fiber/lock_color.h"
@@ -22,7 +24,7 @@ using Slider = live::RenderServer::Slider;
 struct Knob {
   const char *name, *label, *option;
   double least, most, step;
-  double (*shown)(const RenderSettings&, const fiber::FiberParameters&);
+  double (*shown)(const RenderSettings&, const scene::Material&);
   void (*set)(scene::Overrides&, double);
   bool of_nodes = true;  ///< whether it also affects the round fiber of a node, whose widths and shape are fixed
 };
@@ -30,14 +32,14 @@ struct Knob {
 double to_step(double x) { return std::round(1000 * x) / 1000; }
 
 /// The eumelanin that absorbs as much green light as the fiber does, whatever colors it.
-double melanin_of(const fiber::FiberParameters& fiber) {
-  return double(fiber.sigma_a.g) / double(fiber::sigma_a_from_melanin(1, 0).g);
+double melanin_of(const scene::Material& material) {
+  return double(material.fiber.sigma_a.g) / double(scene::AbsorptionOf(material.spectral).melanin(1, 0).g);
 }
 
 constexpr Knob knobs[] = {
     {"melanin", "Melanin", "--melanin", 0, 8, 0.05,
-     [](const RenderSettings& s, const fiber::FiberParameters& fiber) {
-       return s.overrides.melanin ? double(s.overrides.melanin->first) : melanin_of(fiber);
+     [](const RenderSettings& s, const scene::Material& material) {
+       return s.overrides.melanin ? double(s.overrides.melanin->first) : melanin_of(material);
      },
      [](scene::Overrides& o, double x) {
        o.color.reset();
@@ -47,18 +49,18 @@ constexpr Knob knobs[] = {
        o.melanin = {float(x), o.melanin ? o.melanin->second : 0.0f};
      }},
     {"roughness", "Roughness", "--roughness", 0.05, 0.6, 0.01,
-     [](const RenderSettings&, const fiber::FiberParameters& fiber) { return double(fiber.roughness); },
+     [](const RenderSettings&, const scene::Material& material) { return double(material.fiber.roughness); },
      [](scene::Overrides& o, double x) { o.roughness = float(x); }, false},
     {"eccentricity", "Eccentricity", "--eccentricity", 0.5, 1, 0.01,
-     [](const RenderSettings&, const fiber::FiberParameters& fiber) { return double(fiber.eccentricity); },
+     [](const RenderSettings&, const scene::Material& material) { return double(material.fiber.eccentricity); },
      [](scene::Overrides& o, double x) { o.eccentricity = float(x); }, false},
     {"tilt", "Tilt, degrees", "--cuticle-tilt", 0, 10, 0.25,
-     [](const RenderSettings&, const fiber::FiberParameters& fiber) {
-       return double(fiber.tilt) * 180 / std::numbers::pi;
+     [](const RenderSettings&, const scene::Material& material) {
+       return double(material.fiber.tilt) * 180 / std::numbers::pi;
      },
      [](scene::Overrides& o, double x) { o.tilt_deg = x; }},
     {"lights", "Light", "--light-scale", 0, 8, 0.05,
-     [](const RenderSettings& s, const fiber::FiberParameters&) { return s.overrides.light_scale.value_or(1); },
+     [](const RenderSettings& s, const scene::Material&) { return s.overrides.light_scale.value_or(1); },
      [](scene::Overrides& o, double x) { o.light_scale = x; }},
 };
 
@@ -72,7 +74,7 @@ std::vector<Slider> sliders_of(const RenderSettings& settings, const scene::Scen
   const bool of_nodes = std::ranges::all_of(scene.materials, &scene::Material::has_node_widths);
   for (const Knob& knob : knobs) {
     if (of_nodes && !knob.of_nodes) continue;
-    const double shown = to_step(knob.shown(settings, scene.materials.front().fiber));
+    const double shown = to_step(knob.shown(settings, scene.materials.front()));
     sliders.push_back(
         {knob.name, knob.label, std::min(knob.least, shown), std::max(knob.most, shown), knob.step, shown});
   }
@@ -84,7 +86,7 @@ live::RenderServer::Json color_of(const scene::Scene& scene) {
   if (scene.materials.empty()) return {};
   const scene::Material& material = scene.materials.front();
   const auto shown = [&](const glm::vec3& sigma_a) {
-    Json color = Json::array();
+    glm::vec3 color;
     for (int c = 0; c < 3; ++c) {
       double least = 0.001, most = 0.999;  // a color falls as its absorption rises
       for (int halving = 0; halving < 20; ++halving) {
@@ -92,9 +94,10 @@ live::RenderServer::Json color_of(const scene::Scene& scene) {
         const bool is_darker = sigma_a_of_lock(glm::vec3(float(middle)), material.fiber)[c] > sigma_a[c];
         (is_darker ? least : most) = middle;
       }
-      color.push_back(to_step(most));
+      color[c] = static_cast<float>(most);
     }
-    return color;
+    if (material.spectral) color = rgb_of_bands(color);
+    return Json{to_step(double{color.r}), to_step(double{color.g}), to_step(double{color.b})};
   };
   if (!material.pigment) return shown(material.fiber.sigma_a);
   const scene::Source& source = material.pigment->source;

@@ -240,6 +240,7 @@ std::map<std::string, std::string> given_options(const CLI::App& render) {
                                             "--serve-reference",
                                             "--display-server",
                                             "--set",
+                                            "--spectral",
                                             "--progress",
                                             "--help"};
   std::map<std::string, std::string> given;

@@ -73,7 +73,7 @@ enum class Masked {
 /// the roughness film_roughness(). Under it the fiber's own surface lies between water and hair. Light is reflected
 /// between the two, at one place, until it leaves the film.
 ///
-/// Left out: diffraction, polarisation between events.
+/// Left out: diffraction, polarisation between events (tests/fiber/wave_optics_test.cpp has what both come to).
 ///
 /// Immutable plain data; any thread.
 class RoughFiber {

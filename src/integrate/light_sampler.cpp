@@ -139,6 +139,7 @@ LightSampler::Arrival LightSampler::sample(const glm::vec3& point, float time, f
     arrival.radiance = drawn.radiance;
     arrival.density = probability * drawn.pdf_solid_angle;
   }
+  arrival.radiance = carried(arrival.radiance);
   return arrival;
 }
 

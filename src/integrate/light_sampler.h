@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "base/bands.h"
 #include "integrate/light_clearance.h"
 #include "scene/model/light.h"
 #include "scene/model/scene.h"
@@ -27,7 +28,7 @@ class LightSampler {
   struct Arrival {
     glm::vec3 direction{0, 0, 1};                                ///< unit, world
     float distance_cm = std::numeric_limits<float>::infinity();  ///< distance to the light
-    glm::vec3 radiance{0.0f};                                    ///< linear RGB, unshadowed
+    glm::vec3 radiance{0.0f};                                    ///< unshadowed; linear RGB, or bands (base/bands.h)
     std::size_t group = 0;                                       ///< index into scene::light_groups()
     glm::vec3 way{0.0f};  ///< movement of the light while the shutter is open, cm; set by along()
     float density = 0;    ///< density of drawing this light and this direction, 1/sr; 0: no light
@@ -79,6 +80,7 @@ class LightSampler {
         arrival.density = probability * seen.pdf_solid_angle;
         arrival.shadow = {direction, limit_cm};
       }
+      arrival.radiance = carried(arrival.radiance);
       visit(arrival);
     }
   }
@@ -105,6 +107,10 @@ class LightSampler {
     return !choice.unlit.empty() && choice.unlit[object] != 0 ? 0 : choice.probability / lit_share_[object];
   }
   void link(const scene::LightLinks& links);
+  /// Light as paths carry it: in bands if the render is spectral.
+  glm::vec3 carried(const glm::vec3& radiance) const {
+    return scene_.integrator.spectral ? bands_of_rgb(radiance) : radiance;
+  }
   /// Whether a ray in the direction of *arrival meets the light. Sets distance, radiance and the light's own density in
   /// *arrival.
   static bool meet(const scene::LightShape& light, const LightClearance& clearance, const glm::vec3& origin,

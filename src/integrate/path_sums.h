@@ -8,6 +8,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "base/bands.h"
 #include "integrate/data_layers.h"
 #include "scene/model/light.h"
 #include "tress/fiber/lobes.h"
@@ -65,6 +66,14 @@ struct PathSums {
 
   PathSums() = default;
   explicit PathSums(std::size_t group_count) : groups(group_count) {}
+
+  /// Takes the bands (base/bands.h) of everything but the background to RGB. Estimates of excess remain luminances of
+  /// bands.
+  void take_rgb() {
+    for (std::size_t layer = 0; layer < background_layer; ++layer) layers[layer] = rgb_of_bands(layers[layer]);
+    for (std::size_t group = 0; group < groups.count; ++group) groups.light[group] = rgb_of_bands(groups.light[group]);
+    albedo = rgb_of_bands(albedo);
+  }
 
   /// Sum of the layers, in their order.
   glm::vec3 beauty() const {

@@ -173,7 +173,7 @@ glm::vec2 PathTracer::motion_of(const geometry::Ray& ray, const geometry::Hit* h
   return scene_.camera_moments.empty() ? by(motion_) : by(FrameMotion(scene_, ray.time));
 }
 
-PathSums PathTracer::trace(int x, int y, std::uint32_t sample) const {
+PathSums PathTracer::carried(int x, int y, std::uint32_t sample) const {
   const std::uint64_t pixel =
       static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(scene_.image.width) + static_cast<std::uint64_t>(x);
   // Even and odd samples are stratified separately, so that they are two independent pictures (PixelSums::odd_beauty).

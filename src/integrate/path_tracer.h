@@ -33,7 +33,11 @@ class PathTracer {
 
   /// Traces one sample of pixel (x, y). Its only side effects are notes of the model's service and of `deeper`. The
   /// result may be infinite where fibers return more light than falls on them (`gain` above 1).
-  PathSums trace(int x, int y, std::uint32_t sample) const;
+  PathSums trace(int x, int y, std::uint32_t sample) const {
+    PathSums sums = carried(x, y, sample);
+    if (scene_.integrator.spectral) sums.take_rgb();
+    return sums;
+  }
 
   /// Returns a tracer with roulette of shadow rays: of the light samples that bring less than 1.6 times `brightness`,
   /// only a share is traced. brightness: mean of hair and surfaces in the picture, over channels; with 0 all are
@@ -45,6 +49,8 @@ class PathTracer {
   void set_brightness(double luminance) { brightness_ = static_cast<float>(luminance); }
 
  private:
+  /// The path's sums, with light as paths carry it (LightSampler); the background is RGB.
+  PathSums carried(int x, int y, std::uint32_t sample) const;
   /// Light of one light sample by layer, and an estimate of its excess by the errors of rows.
   struct Lit {
     ScatteredLayers layers{};

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <glm/geometric.hpp>
 
+#include "base/bands.h"
 #include "integrate/local_directions.h"
 #include "tress/base/random.h"
 
@@ -78,7 +79,9 @@ Scattering::Scattering(const scene::Scene& scene, const fiber::FiberModel& model
 
 SurfaceMaterial Scattering::surface_at(const geometry::Hit& hit, const glm::vec3& ray_direction) const {
   const std::optional<Coat>& coat = coats_[hit.mesh];
-  return {diffuse_at(scene_.meshes[hit.mesh], hit), coat ? &*coat : nullptr, to_frame(hit, -ray_direction)};
+  const glm::vec3 diffuse = diffuse_at(scene_.meshes[hit.mesh], hit);
+  return {scene_.integrator.spectral ? bands_of_rgb(diffuse) : diffuse, coat ? &*coat : nullptr,
+          to_frame(hit, -ray_direction)};
 }
 
 Vertex Scattering::begin(const geometry::Hit& hit, const glm::vec3& ray_direction, const std::array<float, 2>& xi,

@@ -37,8 +37,8 @@ const ModelInfo* find_model(std::string_view name) { return catalog().find_model
 const adaptive::Learner* find_learner(std::string_view name) { return catalog().find_learner(name); }
 
 std::span<const std::string_view> laboratory_models() {
-  static constexpr std::array<std::string_view, 5> names{"deon2011", "ou2012", "marschner2003", "pekelis2015",
-                                                         "pekelis2015-printed"};
+  static constexpr std::array<std::string_view, 6> names{"deon2011",      "deon2022",    "ou2012",
+                                                         "marschner2003", "pekelis2015", "pekelis2015-printed"};
   return names;
 }
 

@@ -41,7 +41,7 @@ TEST_F(PartsFolder, EveryPartIsThereWithItsMaterialUnitAndAxis) {
   ASSERT_EQ(scene->grooms.size(), 3u);
   EXPECT_EQ(scene->grooms[0].object, "beard");
   EXPECT_EQ(scene->grooms[1].object, "brows");
-  EXPECT_EQ(scene->materials[scene->grooms[0].material].fiber.sigma_a, *sigma_a_of_hair("black"));
+  EXPECT_EQ(scene->materials[scene->grooms[0].material].fiber.sigma_a, *AbsorptionOf(false).hair("black"));
   EXPECT_EQ(scene->materials[scene->grooms[1].material].name, "grown");
   ASSERT_EQ(scene->meshes.size(), 1u);
   EXPECT_EQ(scene->meshes[0].positions[2], glm::vec3(0, 2, 0));

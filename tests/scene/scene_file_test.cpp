@@ -135,7 +135,7 @@ TEST(SceneFile, ReadsTheMedulla) {
 TEST(SceneFile, NamesNaturalHair) {
   const auto scene = parsed(R"({"materials": [{"hair": "dark brown"}, {"hair": "grey"}], )" + groom + "}");
   EXPECT_EQ(scene.materials.at(0).fiber.sigma_a, fiber::sigma_a_from_melanin(1.3f, 0));
-  EXPECT_EQ(scene.materials.at(1).fiber.sigma_a, sigma_a_of_hair("grey"));
+  EXPECT_EQ(scene.materials.at(1).fiber.sigma_a, AbsorptionOf(false).hair("grey"));
   EXPECT_NE(message(R"({"materials": [{"hair": "blonde"}], )" + groom + "}").find("/materials/0/hair"),
             std::string::npos);
   EXPECT_NE(message(R"({"materials": [{"hair": "red", "color": [0.1, 0.2, 0.3]}], )" + groom + "}").find("hair"),
@@ -215,7 +215,7 @@ TEST(LoadScene, FindsTheAbsorptionOfAColorForTheShapeThatIsDrawn) {
     EXPECT_EQ(scene.fibers.at(0).sigma_a, fiber::sigma_a_of_lock(asked, scene.fibers.at(0)));
   }
   EXPECT_NE(as_it_is->fibers[0].sigma_a, smoother->fibers[0].sigma_a);
-  EXPECT_EQ(red->fibers.at(0).sigma_a, sigma_a_of_hair("red"));
+  EXPECT_EQ(red->fibers.at(0).sigma_a, AbsorptionOf(false).hair("red"));
 }
 
 /// Red hair is by its numbers: a lock shows the green and blue that its absorption was chosen for, 0.25, 0.07, 0.024
@@ -224,7 +224,7 @@ TEST(LoadScene, RedAndAuburnAreRed) {
   const fiber::FiberParameters usual;
   for (const auto& [name, color] :
        {std::pair{"red", glm::vec3(0.25f, 0.07f, 0.024f)}, {"auburn", glm::vec3(0.10f, 0.03f, 0.012f)}}) {
-    const glm::vec3 expected = fiber::sigma_a_of_lock(color, usual), found = *sigma_a_of_hair(name);
+    const glm::vec3 expected = fiber::sigma_a_of_lock(color, usual), found = *AbsorptionOf(false).hair(name);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c], expected[c], 0.01f * expected[c]) << name << " " << c;
   }
 }

@@ -42,12 +42,4 @@ inline std::vector<std::string> hair_color_names() {
   return names;
 }
 
-/// Absorption per major semi-axis; empty for an unknown name.
-inline std::optional<glm::vec3> sigma_a_of_hair(std::string_view name) {
-  for (const HairColor& color : hair_colors) {
-    if (color.name == name) return fiber::sigma_a_from_melanin(color.eumelanin, color.pheomelanin) + color.other;
-  }
-  return std::nullopt;
-}
-
 }  // namespace tress::scene

@@ -196,6 +196,8 @@ constexpr Parameter table[] = {
               "touch, with more noise under small lights; 0 or nowhere: none; everywhere: all"},
     Parameter{"/integrator/adaptive", "--adaptive", flag, none, "", "", "with `--noise` and `--time`",
               "more samples where the picture is noisier, `samples` being their mean"},
+    Parameter{"/integrator/spectral", "--spectral", flag, none, "", "", "false",
+              "absorption by the spectra of melanin in place of three colors; the picture remains Rec. 709"},
     Parameter{"/environment/file", "", text, none, "", "", "",
               "path to an EXR or HDR (RGBE) picture; latitude-longitude, top row up"},
     Parameter{"/environment/constant", "", triple, sky, "", "", "", "linear RGB radiance from everywhere"},

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <glm/ext/matrix_double3x3.hpp>
 #include <glm/ext/vector_double3.hpp>
 #include <glm/ext/vector_uint3.hpp>
@@ -17,6 +16,7 @@
 #include <vector>
 
 #include "image/view_transform.h"
+#include "scene/model/absorption.h"
 #include "scene/model/environment.h"
 #include "scene/model/instance.h"
 #include "scene/model/shutter.h"
@@ -62,6 +62,7 @@ struct Integrator {
   std::optional<std::string> near;  ///< a choice, or else `near_pixels`
   std::optional<float> near_pixels;
   std::optional<bool> adaptive;
+  bool spectral = false;  ///< light, colors and absorptions are in bands (base/bands.h); the picture is not
 
   bool learns_deep_light() const { return deep_light == "learned"; }
 };
@@ -77,11 +78,10 @@ struct StrandVariation {
 /// An absorption that varies.
 struct Pigment {
   Source source;
-  /// Converts a value of the source into the fiber's absorption, per major semi-axis.
-  std::function<glm::vec3(const glm::vec3& value, const fiber::FiberParameters& fiber)> sigma_a;
+  Absorption sigma_a;  ///< of a value of the source
   /// The color of a dye over it, whose absorption adds to it; unset: none.
   std::optional<Source> dye = {};
-  decltype(sigma_a) dye_sigma_a = {};  ///< the same for the dye's color; set if there is a dye
+  Absorption dye_sigma_a = {};  ///< of the dye's color; set if there is a dye
 
   /// The absorption at a place.
   glm::vec3 at(const StrandPlace& place, const fiber::FiberParameters& fiber) const {
@@ -106,6 +106,7 @@ constexpr std::size_t fiber_numbers = 9;
 
 struct Material {
   std::string name = "brown";
+  bool spectral = false;  ///< Integrator::spectral
   fiber::FiberParameters fiber;
   /// The curl diameter (cm) that determines how the major axis turns along the strand; unset: that of the eccentricity.
   std::optional<double> curl_diameter_cm;

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/bands.h"
 #include "base/pi.h"
 #include "scene/model/parameters.h"
 #include "tress/base/random.h"
@@ -227,6 +228,8 @@ fiber::FiberParameters fiber_of(const Scene& scene, const FiberKey& key, double 
       const float factor = power == clear ? 0.0f : float(std::pow(color_ratio, power + least_gain_power));
       fiber.gain[p][c] = std::min(fiber.gain[p][c] * factor, static_cast<float>(fiber::gain_range.most));
     }
+  if (scene.materials[key.material].spectral)
+    for (glm::vec3& gain : fiber.gain) gain = bands_of_rgb(gain);
   if (const int steps = key.steps[the_widths]; steps != as_given) widen(steps * width_step, &fiber);
   for (int c = 0; c < 3; ++c) {
     const int power = key.steps[the_color + static_cast<std::size_t>(c)];

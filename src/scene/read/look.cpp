@@ -2,16 +2,16 @@
 
 #include <numbers>
 
-#include "scene/model/hair_colors.h"
+#include "scene/model/absorption.h"
 #include "scene/model/strand_fibers.h"
 #include "scene/read/source_reader.h"
-#include "tress/fiber/lock_color.h"
 
 namespace tress::scene {
 namespace {
 
 void style(const Overrides& overrides, Material* material) {
   fiber::FiberParameters& fiber = material->fiber;
+  const AbsorptionOf absorption(material->spectral);
   const bool pigment = overrides.melanin || overrides.sigma_a || overrides.hair;
   if (overrides.color || overrides.color_source || pigment) material->pigment.reset();
   const auto fix = [&](FiberNumber number) { material->numbers[static_cast<std::size_t>(number)].reset(); };
@@ -30,12 +30,11 @@ void style(const Overrides& overrides, Material* material) {
   if (pigment) material->color.reset();
   if (overrides.color) material->color = overrides.color;
   if (overrides.color_source)
-    material->color = take_pigment(*parse_color(*overrides.color_source), fiber::sigma_a_of_lock, material);
-  if (material->color) fiber.sigma_a = fiber::sigma_a_of_lock(*material->color, fiber);
-  if (overrides.melanin)
-    fiber.sigma_a = fiber::sigma_a_from_melanin(overrides.melanin->first, overrides.melanin->second);
-  if (overrides.sigma_a) fiber.sigma_a = *overrides.sigma_a;
-  if (overrides.hair) fiber.sigma_a = sigma_a_of_hair(*overrides.hair).value_or(fiber.sigma_a);
+    material->color = take_pigment(*parse_color(*overrides.color_source), absorption.of_lock(), material);
+  if (material->color) fiber.sigma_a = absorption.of_lock()(*material->color, fiber);
+  if (overrides.melanin) fiber.sigma_a = absorption.melanin(overrides.melanin->first, overrides.melanin->second);
+  if (overrides.sigma_a) fiber.sigma_a = absorption.given(*overrides.sigma_a);
+  if (overrides.hair) fiber.sigma_a = absorption.hair(*overrides.hair).value_or(fiber.sigma_a);
 }
 
 }  // namespace

@@ -13,7 +13,6 @@
 #include "base/pi.h"
 #include "scene/read/principled_reader.h"
 #include "scene/read/source_reader.h"
-#include "tress/fiber/lock_color.h"
 #include "tress/fiber/parameter_ranges.h"
 #include "tress/fiber/principled_hair.h"
 
@@ -86,22 +85,23 @@ void read_hair_color(const JsonReader& json, Material* material) {
                {"strayRandomColor", is_set(json, "strayRandomColor") && is_artistic}},
               material);
 
-  const auto take = [&](Source source, const decltype(Pigment::sigma_a)& sigma_a) {
-    const auto of_dye = [](const glm::vec3& color, const fiber::FiberParameters&) {
+  const AbsorptionOf absorption(material->spectral);
+  const auto take = [&](Source source, const Absorption& sigma_a) {
+    const Absorption of_dye = absorption.of_color([](const glm::vec3& color, const fiber::FiberParameters&) {
       return fiber::sigma_a_of_principled_color(color, 0.3f);
-    };
+    });
     if (const auto x = take_dyed({std::move(source), sigma_a, dye, of_dye}, material->fiber, material))
       material->fiber.sigma_a = *x;
   };
-  if (is_artistic) return take(random(color, stray_color, 1, stray), fiber::sigma_a_of_lock);
+  if (is_artistic) return take(random(color, stray_color, 1, stray), absorption.of_lock());
   const auto spread = [](Source source, float half, std::uint64_t seed) {
     return sum(std::move(source), random(constant(-half), constant(half), seed));
   };
   Source all = random(spread(melanin, varied, 0), spread(stray_melanin, stray_varied, 2), 1, stray);
   if (dark > 0 && end > 0)
     all = sum(std::move(all), {.kind = Source::Kind::ramp, .parts = {constant(dark), constant(0)}, .places = {0, end}});
-  take(std::move(all), [](const glm::vec3& x, const fiber::FiberParameters&) {
-    return fiber::sigma_a_of_principled_melanin(std::clamp(x.x, 0.0f, 1.0f), 0);
+  take(std::move(all), [absorption](const glm::vec3& x, const fiber::FiberParameters&) {
+    return absorption.principled_melanin(std::clamp(x.x, 0.0f, 1.0f), 0);
   });
 }
 

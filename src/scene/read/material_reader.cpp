@@ -17,7 +17,6 @@
 #include "scene/read/principled_reader.h"
 #include "scene/read/scene_file.h"
 #include "scene/read/source_reader.h"
-#include "tress/fiber/lock_color.h"
 #include "tress/fiber/parameters.h"
 
 namespace tress::scene {
@@ -38,22 +37,24 @@ void read_lobe_angles(const JsonReader& json, const std::string& key, const std:
 void read_color(const JsonReader& json, Material* material) {
   fiber::FiberParameters* fiber = &material->fiber;
   if (!json.at_most_one({"color", "hair", "melanin", "sigma_a"})) return;
+  const AbsorptionOf absorption(material->spectral);
   std::optional<Source> dye;
   if (json.has("dye")) dye = read_source(json, "dye", read_triple());
-  const auto absorption = [](const glm::vec3& value, const fiber::FiberParameters&) { return value; };
-  const auto take = [&](const char* key, const ReadValue& read) {
-    if (!json.has(key)) return;
-    Pigment pigment{read_source(json, key, read), absorption, dye, fiber::sigma_a_of_lock};
+  const auto take = [&](Source source, Absorption sigma_a) {
+    Pigment pigment{std::move(source), std::move(sigma_a), dye, absorption.of_lock()};
     if (const auto x = take_dyed(std::move(pigment), *fiber, material)) fiber->sigma_a = *x;
   };
-  take("sigma_a", read_triple());
-  take("hair", [](const JsonReader& at, const std::string& key) -> std::optional<glm::vec3> {
-    const auto name = at.choice(key, hair_color_names());
-    return name ? sigma_a_of_hair(*name) : std::nullopt;
-  });
+  if (json.has("sigma_a")) take(read_source(json, "sigma_a", read_triple()), absorption.of_given());
+  if (json.has("hair")) {
+    const auto read = [&](const JsonReader& at, const std::string& key) -> std::optional<glm::vec3> {
+      const auto name = at.choice(key, hair_color_names());
+      return name ? absorption.hair(*name) : std::nullopt;
+    };
+    take(read_source(json, "hair", read), [](const glm::vec3& value, const fiber::FiberParameters&) { return value; });
+  }
   if (json.has("color")) {
-    material->color = take_pigment(read_color_source(json), fiber::sigma_a_of_lock, material);
-    if (material->color) fiber->sigma_a = fiber::sigma_a_of_lock(*material->color, *fiber);
+    material->color = take_pigment(read_color_source(json), absorption.of_lock(), material);
+    if (material->color) fiber->sigma_a = absorption.of_lock()(*material->color, *fiber);
   }
   if (!json.has("melanin")) return;
   const auto melanin = json.child("melanin");
@@ -64,11 +65,9 @@ void read_color(const JsonReader& json, Material* material) {
   };
   add("eumelanin", {1, 0, 0});
   add("pheomelanin", {0, 1, 0});
-  const auto sigma_a = [](const glm::vec3& value, const fiber::FiberParameters&) {
-    return fiber::sigma_a_from_melanin(value.x, value.y);
-  };
-  Pigment pigment{simplified(std::move(both)), sigma_a, dye, fiber::sigma_a_of_lock};
-  if (const auto x = take_dyed(std::move(pigment), *fiber, material)) fiber->sigma_a = *x;
+  take(simplified(std::move(both)), [absorption](const glm::vec3& value, const fiber::FiberParameters&) {
+    return absorption.melanin(value.x, value.y);
+  });
 }
 
 /// Reads a number of the fiber or its source, if the key exists. unit: of the key, in the fiber's. Returns the number,
@@ -144,8 +143,16 @@ void read_lobes(const JsonReader& json, Material* material) {
 
 }  // namespace
 
-Material read_material(const JsonReader& json, std::size_t index) {
+Material usual_material(bool spectral) {
   Material material;
+  material.spectral = spectral;
+  const float eumelanin = material.fiber.sigma_a.g / fiber::sigma_a_from_melanin(1, 0).g;  // the usual pigment
+  if (spectral) material.fiber.sigma_a = AbsorptionOf(spectral).melanin(eumelanin, 0);
+  return material;
+}
+
+Material read_material(const JsonReader& json, std::size_t index, bool spectral) {
+  Material material = usual_material(spectral);
   if (!json.object()) return material;
   auto& fiber = material.fiber;
   material.name = json.text("name").value_or(fmt::format("material {}", index));

@@ -28,30 +28,26 @@ double width_variation(double roughness, double half_range) {
 }
 
 void read_absorption(const JsonReader& json, float radial_roughness, fiber::PrincipledHair* hair, Material* material) {
-  using Absorption = decltype(Pigment::sigma_a);
+  const AbsorptionOf absorption(material->spectral);
   const auto take = [&](Source source, const Absorption& sigma_a) {
     if (const auto x = take_pigment(std::move(source), sigma_a, material)) hair->sigma_a = sigma_a(*x, {});
   };
-  if (json.has("sigma_a"))
-    take(read_source(json, "sigma_a", read_triple()),
-         [](const glm::vec3& value, const fiber::FiberParameters&) { return value; });
-  if (json.has("color"))
-    take(read_color_source(json), [radial_roughness](const glm::vec3& value, const fiber::FiberParameters&) {
-      return fiber::sigma_a_of_principled_color(value, radial_roughness);
-    });
+  const Absorption of_color =
+      absorption.of_color([radial_roughness](const glm::vec3& value, const fiber::FiberParameters&) {
+        return fiber::sigma_a_of_principled_color(value, radial_roughness);
+      });
+  if (json.has("sigma_a")) take(read_source(json, "sigma_a", read_triple()), absorption.of_given());
+  if (json.has("color")) take(read_color_source(json), of_color);
   for (const char* key : {"redness", "tint", "random_color"})
     if (json.has(key) && !json.has("melanin")) json.fail(key, "this key beside \"melanin\" only", "it without it");
   if (!json.has("melanin")) return;
   const auto redness = static_cast<float>(json.number("redness").value_or(1));
-  const auto of_color = [radial_roughness](const glm::vec3& value, const fiber::FiberParameters&) {
-    return fiber::sigma_a_of_principled_color(value, radial_roughness);
-  };
   std::optional<Source> dye;
   if (json.has("tint")) dye = read_source(json, "tint", read_triple());
   const glm::vec3 unit(1, 0, 0);
   const Source melanin = read_source(json, "melanin", read_number(unit), unit);
-  const auto of_melanin = [redness](const glm::vec3& value, const fiber::FiberParameters&) {
-    return fiber::sigma_a_of_principled_melanin(value.x, redness);
+  const auto of_melanin = [redness, absorption](const glm::vec3& value, const fiber::FiberParameters&) {
+    return absorption.principled_melanin(value.x, redness);
   };
   if (const auto x = take_dyed({melanin, of_melanin, std::move(dye), of_color}, {}, material)) hair->sigma_a = *x;
   if (const auto x = json.number("random_color"))
@@ -75,7 +71,7 @@ void read_chiang_hair_bsdf(const JsonReader& material_json, Material* material) 
   fiber::ChiangHair hair;
   hair.eta = static_cast<float>(json.number("ior").value_or(hair.eta));
   hair.cuticle_angle = static_cast<float>(json.number("cuticle_angle").value_or(hair.cuticle_angle));
-  hair.sigma_a = json.triple("absorption_coefficient").value_or(hair.sigma_a);
+  hair.sigma_a = AbsorptionOf(material->spectral).given(json.triple("absorption_coefficient").value_or(hair.sigma_a));
   for (std::size_t p = 0; p < lobes.size(); ++p) {
     hair.tint[p] = json.triple("tint_" + lobes[p]).value_or(hair.tint[p]);
     if (!json.has("roughness_" + lobes[p])) continue;

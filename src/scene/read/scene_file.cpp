@@ -39,6 +39,7 @@ Integrator read_integrator(const JsonReader& json) {
   integrator.deep_light = json.choice("deep_light");
   integrator.deep_light_depth = whole("deep_light_depth");
   integrator.adaptive = json.boolean("adaptive");
+  integrator.spectral = json.boolean("spectral").value_or(false);
   if (json.is_text("near"))
     integrator.near = json.choice("near");
   else if (const auto pixels = json.number("near"))
@@ -149,12 +150,12 @@ Result<SceneDescription> parse_scene_file(std::span<const unsigned char> text, c
     for (const auto& item : root.items("lights", most_lights)) scene.lights.push_back(read_light(item));
     for (const auto& item : root.items("meshes", most_meshes)) scene.meshes.push_back(read_mesh(item));
     for (const auto& item : root.items("materials", most_materials)) {
-      scene.materials.push_back(read_material(item, scene.materials.size()));
+      scene.materials.push_back(read_material(item, scene.materials.size(), scene.integrator.spectral));
       for (std::size_t m = 0; m + 1 < scene.materials.size(); ++m)
         if (scene.materials[m].name == scene.materials.back().name)
           item.fail("name", "a name of its own", fmt::format("that of /materials/{}", m));
     }
-    if (scene.materials.empty()) scene.materials.emplace_back();
+    if (scene.materials.empty()) scene.materials.push_back(usual_material(scene.integrator.spectral));
     for (const auto& item : root.items("grooms", most_grooms))
       scene.grooms.push_back(read_groom(item, scene.materials));
     if (scene.grooms.empty()) root.fail("grooms", "one groom or more", "none");

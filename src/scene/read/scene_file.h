@@ -115,8 +115,11 @@ ObjectPath read_path(const JsonReader& json);
 /// Reads one element of /meshes.
 MeshDescription read_mesh(const JsonReader& json);
 
+/// A material without any key. spectral: as Integrator::spectral.
+Material usual_material(bool spectral);
+
 /// Reads one element of /materials; `index` names it if it has no name.
-Material read_material(const JsonReader& json, std::size_t index);
+Material read_material(const JsonReader& json, std::size_t index, bool spectral);
 
 /// Reads one element of /grooms; `materials` are those that it may name.
 GroomDescription read_groom(const JsonReader& json, const std::vector<Material>& materials);

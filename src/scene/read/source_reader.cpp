@@ -210,7 +210,7 @@ Result<Source> parse_color(const std::string& json) {
   return *error;
 }
 
-std::optional<glm::vec3> take_pigment(Source source, decltype(Pigment::sigma_a) sigma_a, Material* material) {
+std::optional<glm::vec3> take_pigment(Source source, Absorption sigma_a, Material* material) {
   if (source.kind == Source::Kind::constant) return source.value;
   material->pigment = {std::move(source), std::move(sigma_a)};
   return std::nullopt;

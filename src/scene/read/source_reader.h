@@ -36,7 +36,7 @@ Source read_color_source(const JsonReader& json);
 Result<Source> parse_color(const std::string& json);
 
 /// Makes the source the absorption of the material if it varies. If it is a constant, returns that instead.
-std::optional<glm::vec3> take_pigment(Source source, decltype(Pigment::sigma_a) sigma_a, Material* material);
+std::optional<glm::vec3> take_pigment(Source source, Absorption sigma_a, Material* material);
 
 /// The same for a pigment that may have a dye; if neither varies, returns their absorption in a fiber.
 std::optional<glm::vec3> take_dyed(Pigment pigment, const fiber::FiberParameters& fiber, Material* material);
