@@ -127,6 +127,12 @@ float theta_of(float height) { return std::atan(std::sinh(height)); }
 
 std::unique_ptr<adaptive::SampledTarget> make_rough_target() { return std::make_unique<RoughTarget>(); }
 
+int coarse_azimuth_step(float eccentricity) {
+  constexpr float nearly_round = 0.8f;
+  if (!(eccentricity < 1)) return 0;
+  return eccentricity < nearly_round ? 2 : 3;
+}
+
 adaptive::SliceDescription rough_slice(const FiberParameters& fiber) {
   adaptive::SliceDescription slice;
   slice.kind = adaptive::SliceKind::samples;
@@ -140,7 +146,7 @@ adaptive::SliceDescription rough_slice(const FiberParameters& fiber) {
     for (std::size_t i = thetas.size() - 1; i > 0; --i) slice.axis_a.push_back(static_cast<float>(-thetas[i] * degree));
   }
   for (const double theta : thetas) slice.axis_a.push_back(static_cast<float>(theta * degree));
-  const int phis = fiber.eccentricity < 1 ? 12 : 0;
+  const int step = coarse_azimuth_step(fiber.eccentricity), phis = step > 0 ? 12 : 0;
   for (int i = 0; i <= phis; ++i) slice.axis_b.push_back(static_cast<float>(7.5 * i * degree));
   // The coarse grid is finer towards grazing, where lobes change fastest.
   adaptive::CoarseAxes grid;
@@ -150,7 +156,8 @@ adaptive::SliceDescription rough_slice(const FiberParameters& fiber) {
     if (std::ranges::any_of(coarse_thetas, [theta](double one) { return std::abs(one - theta) < 1; }))
       grid.a.push_back(i);
   }
-  for (int i = 0; i <= phis; i += 2) grid.b.push_back(static_cast<std::uint32_t>(i));
+  grid.b.push_back(0);
+  for (int i = step; i > 0 && i <= phis; i += step) grid.b.push_back(static_cast<std::uint32_t>(i));
   slice.coarse.push_back(std::move(grid));
   return slice;
 }

@@ -48,6 +48,10 @@ float theta_of(float height);
 /// thread.
 std::unique_ptr<adaptive::SampledTarget> make_rough_target();
 
+/// Steps of axis_b from one azimuth of the coarse grid to the next; 0 for a round fiber. The rounder a fiber, the less
+/// it changes with the azimuth.
+int coarse_azimuth_step(float eccentricity);
+
 /// The slice of a fiber. axis_a is theta_r: 0 to 85 degrees in steps of 5, and 87.5, of both signs if there is a tilt.
 /// axis_b is phi_r: 0 to 90 degrees in steps of 7.5, only 0 for a round fiber.
 adaptive::SliceDescription rough_slice(const FiberParameters& fiber);

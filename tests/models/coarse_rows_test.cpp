@@ -42,6 +42,9 @@ TEST(CoarseRows, AreSharedBySimilarFibers) {
   // A fiber that is similar to the second only, which has no coarse rows of its own, gets some.
   EXPECT_EQ(rows_before_the_first_pass({fiber, with(0.86f, 0.2f), with(0.87f, 0.2f)}), 2 * one);
   EXPECT_LT(rows_before_the_first_pass({with(1, 0.2f), with(0.995f, 0.2f)}), 2 * one) << "a round fiber has fewer";
+  const std::uint64_t finer = rows_before_the_first_pass({with(0.795f, 0.2f)});
+  EXPECT_GT(finer, one) << "flatter fibers have more azimuths";
+  EXPECT_EQ(rows_before_the_first_pass({with(0.795f, 0.2f), with(0.803f, 0.2f)}), finer + one);
 }
 
 }  // namespace

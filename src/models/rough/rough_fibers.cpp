@@ -60,7 +60,8 @@ bool are_similar(const adaptive::SliceKey& a, const adaptive::SliceKey& b) {
   const auto& own = a.parameters;
   const auto& other = b.parameters;
   return own[0] == other[0] && std::equal(own.begin() + 3, own.end(), other.begin() + 3) &&
-         (own[1] < 1) == (other[1] < 1) && std::abs(own[1] - other[1]) <= similar_eccentricity &&
+         coarse_azimuth_step(own[1]) == coarse_azimuth_step(other[1]) &&
+         std::abs(own[1] - other[1]) <= similar_eccentricity &&
          std::max(own[2], other[2]) <= similar_roughness * std::min(own[2], other[2]);
 }
 
