@@ -1,3 +1,5 @@
+#include "scene/read/material_reader.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -16,7 +18,6 @@
 #include "scene/model/hair_colors.h"
 #include "scene/read/marschner_reader.h"
 #include "scene/read/principled_reader.h"
-#include "scene/read/scene_file.h"
 #include "scene/read/source_reader.h"
 #include "tress/fiber/lock_color.h"
 #include "tress/fiber/parameters.h"

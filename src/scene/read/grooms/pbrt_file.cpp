@@ -1,5 +1,7 @@
 // Reads scenes of pbrt-v4: their curves with the transforms around them, and remarks on their hair materials
 // (README.md).
+#include "scene/read/grooms/pbrt_file.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +18,6 @@
 #include <utility>
 
 #include "scene/read/grooms/groom_builder.h"
-#include "scene/read/grooms/groom_formats.h"
 #include "scene/read/grooms/text_cursor.h"
 
 namespace tress::scene {
