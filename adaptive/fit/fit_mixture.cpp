@@ -302,7 +302,7 @@ Curves blurred(const Curves& sharp, double blur) {
   return smooth;
 }
 
-struct Moments {
+struct AttributeMoments {
   double mass = 0, first = 0, second = 0;
   void add(double weight, double value) {
     mass += weight;
@@ -321,7 +321,7 @@ void assign_attributes(Mixture& mixture, const TracedNodes& nodes) {
   // Summing a blurred share over rays is the same as summing the share over blurred rays. That takes only three curves:
   // the sums of weight, weight x attribute and weight x attribute^2 at each azimuth.
   Curves rays{points, 3, std::vector<double>(3 * points)};
-  Moments all;
+  AttributeMoments all;
   for (std::size_t j = 0; j < nodes.size(); ++j) {
     const double at = (nodes.azimuth()[j] / two_pi + 0.5) * static_cast<double>(points);
     const auto left = static_cast<std::size_t>(std::max(at, 0.0));
@@ -339,7 +339,7 @@ void assign_attributes(Mixture& mixture, const TracedNodes& nodes) {
   rays = blurred(rays, nodes.blur_rad());
   const Curves shares = responsibilities(mixture, points);
   const std::size_t uniform_part = mixture.component_count;
-  std::array<Moments, Mixture::max_components + 1> moments;
+  std::array<AttributeMoments, Mixture::max_components + 1> moments;
   for (std::size_t d = 0; d < shares.parts; ++d) {
     const double* share = shares.of(d);
     for (std::size_t i = 0; i < points; ++i) {
