@@ -3,6 +3,7 @@
 tress_library(tress_references KIND STATIC INCLUDES bench FOLDERS bench/references bench/references/models bench/references/learners
   LINK tress_fiber PRIVATE hwy::hwy HEADERS Eigen3::Eigen)
 target_include_directories(tress_references PRIVATE ${PROJECT_SOURCE_DIR}/adaptive)
+compile_together(tress_references 8)
 
 tress_library(tress_laboratory KIND STATIC INCLUDES bench FOLDERS bench/lab LINK tress_cli tress_references
   PRIVATE stb CLI11::CLI11 fmt::fmt nlohmann_json::nlohmann_json TBB::tbb

@@ -23,7 +23,7 @@ def smallest(cache, folder):
     """{program: arguments}; a list of lists where a program has several commands."""
     small = ["--size", "12x12", "--spp", "1"]
     return {
-        "environment": GOOGLE, "knots": GOOGLE, "lobes": GOOGLE, "queries": GOOGLE, "rays": GOOGLE, "ribbon": GOOGLE, "rough_paths": GOOGLE,
+        "environment": GOOGLE, "knots": GOOGLE, "lobes": GOOGLE, "queries": GOOGLE, "rays": GOOGLE,
         "table": GOOGLE + ["--benchmark_filter=density/5|traced_nodes/5|fit/64/100|look_up/20"],
         "vertex": GOOGLE + ["--benchmark_filter=converged|start_up(_shapes)?/1/"],
         "model_vertices": GOOGLE + ["--benchmark_filter=learned|chiang|session.*/30/"],

@@ -50,7 +50,7 @@ add_dependencies(tress_cli tress_commit)
 target_include_directories(tress_cli PRIVATE ${PROJECT_BINARY_DIR}/generated)
 string(CONCAT libraries "Embree ${embree_VERSION}, OpenEXR ${OpenEXR_VERSION}, oneTBB ${TBB_VERSION}, Highway ${hwy_VERSION}, "
   "Eigen ${Eigen3_VERSION}, fmt ${fmt_VERSION}, spdlog ${spdlog_VERSION}, CLI11 ${CLI11_VERSION}, nlohmann-json ${nlohmann_json_VERSION}")
-set_source_files_properties(src/cli/command_line.cpp PROPERTIES COMPILE_DEFINITIONS "TRESS_LIBRARIES=\"${libraries}\"")
+set_source_files_properties(src/cli/commands.cpp PROPERTIES COMPILE_DEFINITIONS "TRESS_LIBRARIES=\"${libraries}\"")
 add_executable(tress src/main.cpp)
 target_link_libraries(tress PRIVATE tress_cli tress_flags)
 target_include_directories(tress PRIVATE src)

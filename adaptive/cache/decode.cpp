@@ -1,4 +1,6 @@
 // Reads a cache from bytes that may hold anything; reader.h describes it.
+#include "cache/reader.h"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -14,7 +16,6 @@
 
 #include "base/content_hash.h"
 #include "base/pi.h"
-#include "cache/reader.h"
 #include "observations/sketch.h"
 
 namespace tress::inline v0_2::adaptive {

@@ -1,3 +1,5 @@
+#include "cache/format.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -8,7 +10,6 @@
 #include <vector>
 
 #include "base/content_hash.h"
-#include "cache/format.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace format {

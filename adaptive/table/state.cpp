@@ -39,9 +39,6 @@ constexpr std::uint32_t state_version = 3;
 /// The bit of RibbonAnswer::has_converged in the byte that holds Row::audit.
 constexpr std::uint8_t converged_row = 0x80;
 
-/// The kind of answer of a saved row.
-enum class Kind : std::uint8_t { answer = 0, learning = 1, refusal = 2 };
-
 Error bad_state(std::string_view expected, std::string_view found) {
   return {"", "table", std::string(expected), std::string(found)};
 }
@@ -229,6 +226,9 @@ void write_or_read(auto& fields, const Slice& own, SavedSlice& saved) {
 
 /// A state as read from bytes, before the table takes it over. To write one, it has one slice at a time, and no rows.
 struct Service::Table::Saved {
+  /// The kind of answer of a saved row.
+  enum class Kind : std::uint8_t { answer = 0, learning = 1, refusal = 2 };
+
   struct OfRow {
     Row row{0, 0};
     Kind kind = Kind::answer;
@@ -485,14 +485,14 @@ std::optional<Error> Service::Table::check_rows(Saved& saved, SliceId id) const 
   for (const std::vector<std::uint32_t>& made : slice.made) {
     for (const std::uint32_t node : made) {
       const Saved::OfRow* row = node < row_of_node.size() ? row_at(node) : nullptr;
-      if (node >= row_of_node.size() || (row != nullptr && row->kind != Kind::answer))
+      if (node >= row_of_node.size() || (row != nullptr && row->kind != Saved::Kind::answer))
         return bad_state("forms of nodes that are answered", "another");
     }
   }
   const auto number = [&](const auto& is_one) {
     return std::ranges::count_if(saved.rows, [&](const auto& row) { return row.row.slice == id && is_one(row); });
   };
-  if (slice.answers.rows() != number([](const auto& row) { return row.kind == Kind::answer; }) ||
+  if (slice.answers.rows() != number([](const auto& row) { return row.kind == Saved::Kind::answer; }) ||
       slice.earlier.rows() != number([](const auto& row) { return row.has_earlier; }))
     return bad_state("an answer for each converged row", "others");
   bool good = true;
@@ -502,7 +502,7 @@ std::optional<Error> Service::Table::check_rows(Saved& saved, SliceId id) const 
     }) && good;
   };
   check(slice.answers, [](const CachedRow& row, const Saved::OfRow* of) {
-    return row.state == RowState::converged && of != nullptr && of->kind == Kind::answer;
+    return row.state == RowState::converged && of != nullptr && of->kind == Saved::Kind::answer;
   });
   check(slice.stored, [](const CachedRow&, const Saved::OfRow* of) { return of == nullptr; });
   check(slice.earlier, [](const CachedRow& row, const Saved::OfRow* of) {
@@ -527,7 +527,7 @@ void Service::Table::take_over(Saved& saved) {
   for (Saved::OfRow& of : saved.rows) {
     has_converged.push_back(of.has_converged);
     Row& row = rows_.add(std::move(of.row));
-    if (of.kind == Kind::refusal) rows_.refuse(row);
+    if (of.kind == Saved::Kind::refusal) rows_.refuse(row);
     if (row.learning) rows_.show_learning(row, false, of.is_published);
   }
   for (std::size_t id = 0; id < saved.slices.size(); ++id) take_slice(saved.slices[id], rows_.slice(id), has_converged);

@@ -57,7 +57,7 @@ class Service::Table {
   void observe(const RowView& view, float x, float g);
   void score(const RowView& view, float x, float g, float q);
 
-  // forms.cpp
+  // table.cpp: rows as callers form them
   Result<const FormedRows*> add_form(SliceId slice, std::shared_ptr<const RowForm> form,
                                      const std::vector<float>& decay_rates);
   FormedLookup look_up(const FormedRows& rows, std::uint32_t node);
@@ -85,7 +85,7 @@ class Service::Table {
   void report_memory() { report_memory(bytes_ + formed_bytes_); }
   bool publish_pays(double share) const;
 
-  // heard_test.cpp
+  // sampled_rows.cpp: a test against the paths that the host drew itself
   HeardTest test_by_heard();
 
   const Options& options() const { return options_; }
@@ -148,7 +148,7 @@ class Service::Table {
     return light_.epsilon_of(rows_.slice(slice).description, rows_.slice(slice).light_at(node), energy);
   }
 
-  // creations.cpp
+  // table.cpp: the making of rows
   /// Makes rows of the candidates, in their order, until memory is full. Appends to changes_. True if all had room.
   bool admit(std::vector<Candidate>& candidates, PassReport& report);
   /// Fills a new row from the cache, if that has a row that may answer; otherwise opens it.
@@ -189,7 +189,7 @@ class Service::Table {
   /// Tests rows of a cache once their slice is queried, and all of them if one does not fit. Fills stale_.
   void audit_slice(SliceId slice, PassReport& report, std::vector<bool>& moved);
 
-  // interpolation.cpp
+  // table.cpp: interpolated answers
   /// The answer of a node by its own row, or by rows of the levels above `level`; empty if they have no answer.
   /// Thread-safe.
   SampledAnswer answer_of(Slice& slice, std::uint32_t node, std::size_t level);
@@ -201,7 +201,7 @@ class Service::Table {
   void let_go_interpolated(Slice& slice, std::uint32_t node);
   void let_go_all_interpolated(Slice& slice);
 
-  // row_update.cpp
+  // table.cpp: a pass for one row
   /// Ends a pass for one row. It changes only the row, so rows run in parallel.
   Outcome update(Row& row) const;
   /// If the audit of a converged row of a cache is due, scores it against a fresh trace.
@@ -256,7 +256,7 @@ class Service::Table {
   void take_over(Saved& saved);
   void take_slice(SavedSlice& saved, Slice& slice, const std::vector<bool>& has_converged);
 
-  // forms.cpp
+  // table.cpp: rows as callers form them
   /// Makes the answer of a row again, if it has one, without counting a query.
   void make_again(const FormedRows& rows, std::uint32_t node);
   /// If memory is full, drops all forms and interpolated answers, so that rows have room.

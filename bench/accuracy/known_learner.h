@@ -18,7 +18,7 @@ inline const CLI::Validator known_learner(
 /// The rival without mixtures. It is no method of the table, so it makes no learner of a row.
 inline constexpr adaptive::Learner knot_learner{"table", "no mixture: 32 to 128 linear knots", nullptr};
 
-/// Null if there is none of that name.
+/// Null for an unknown name.
 inline const adaptive::Learner* find_row_learner(const std::string& name) {
   return name == knot_learner.name ? &knot_learner : references::find_learner(name);
 }

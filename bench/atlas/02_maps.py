@@ -87,7 +87,7 @@ def against_fiber3d(run):
 # ---- what failed ----------------------------------------------------------------------------------------------------
 
 def grid_of(part, rival, name):
-    """Values by row of y and column of x; None where there is none."""
+    """Values by row of y and column of x; None where no value was measured."""
     text = part["cells"].get(rival, {}).get(name)
     if text is None:
         return None

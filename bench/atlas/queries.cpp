@@ -265,7 +265,7 @@ int run(const Settings& settings) {
     cases.push_back(run_case(what, settings));
   }
   if (cases.empty()) {
-    std::fprintf(stderr, "--case %s: there is none\n", settings.only.c_str());
+    std::fprintf(stderr, "--case %s: unknown\n", settings.only.c_str());
     return 2;
   }
   std::printf("%s\n", nlohmann::ordered_json{{"seed", settings.seed}, {"cases", cases}}.dump(1).c_str());

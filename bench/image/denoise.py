@@ -68,7 +68,7 @@ def measured(tress, name, folder):
         reported = float(re.search(r"off by ([0-9.e-]+) of", done.stderr)[1])
         (before, off_before, _), (after, off_after, uncertain) = errors(noisy), errors(clean)
         entry["samples"].append({"samples": samples, "relative_mse": before, "denoised_relative_mse": after, "off": off_before,
-                                 "denoised_off": off_after, "denoised_off_error": uncertain, "told": reported})
+                                 "denoised_off": off_after, "denoised_off_error": uncertain, "reported": reported})
         print(f"{name:9} {samples:3} samples: {before:.4f} -> {after:.4f}, {before / after:.1f} times less; root mean square "
               f"{off_before:.3f} -> {off_after:.3f} +- {uncertain:.3f} of the mean, reported {reported:.3f}", flush=True)
     return entry

@@ -70,7 +70,7 @@ typedef struct tress_place {
 } tress_place;
 
 /* `weight` of the mass of a node, >= 0, leaves at `azimuth`, radians, any turn. attribute: a value, >= 0, that is
-   averaged (hair: the internal path length); 0 if there is none. Finite numbers. */
+   averaged (hair: the internal path length), or 0. Finite numbers. */
 typedef struct tress_ray {
   float azimuth, weight, attribute;
 } tress_ray;

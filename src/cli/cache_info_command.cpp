@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "cli/appearance_options.h"
-#include "cli/commands.h"
+#include "cli/cache_commands.h"
 #include "cli/console.h"
 #include "cli/hair_words.h"
 #include "cli/model_choice.h"

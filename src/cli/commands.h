@@ -1,6 +1,6 @@
-// The tress command and its commands: render, denoise, merge, report, diff, info, convert, farm, cache info, verify,
-// merge, prebake and prune; each has its own file. Manual pages and shell completion are made from the parser too, so
-// that they lack no option.
+// The tress command: what its commands are, and render, report and farm, which have a file each; cache_commands.h,
+// groom_commands.h and picture_commands.h have the others. Manual pages and shell completion are made from the parser
+// too (manual.h), so that they lack no option.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -20,19 +20,9 @@ struct Command {
 
 /// command: the words with which the program was started, for the header of the picture.
 Command add_render(CLI::App& tress, const std::vector<std::string>& command);
-Command add_diff(CLI::App& tress);
-Command add_info(CLI::App& tress);
-Command add_convert(CLI::App& tress);
-Command add_denoise(CLI::App& tress);
-Command add_merge(CLI::App& tress);
 Command add_report(CLI::App& tress);
 /// farm itself comes last: its commands are tried before it.
 std::vector<Command> add_farm(CLI::App& tress);
-Command add_cache_info(CLI::App& cache);
-Command add_cache_verify(CLI::App& cache);
-Command add_cache_merge(CLI::App& cache);
-Command add_cache_prebake(CLI::App& cache);
-Command add_cache_prune(CLI::App& cache);
 
 /// Thrown by run() if options contradict each other, which the parser cannot detect. Exit status 2.
 struct WrongUsage : std::runtime_error {
@@ -47,14 +37,5 @@ struct Program {
 
 /// Runs the whole program. Exit status as above.
 int run(int argc, char** argv, const Program& program = {});
-
-/// A manual page for the command and all commands below it, in man macros; `path`: "tress", "tress cache".
-std::string manual_page(const CLI::App& command, const std::string& path);
-
-/// A script for /usr/share/bash-completion/completions/tress.
-std::string bash_completion(const CLI::App& tress);
-
-/// A function for a folder in zsh's fpath, _tress.
-std::string zsh_completion(const CLI::App& tress);
 
 }  // namespace tress::cli

@@ -1,4 +1,5 @@
-// tress info and tress convert: describe a groom of any format or a scene, and write it in another format.
+#include "cli/groom_commands.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +8,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cli/commands.h"
 #include "cli/console.h"
 #include "cli/options.h"
 #include "geometry/fiber_scene.h"

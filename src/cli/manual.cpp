@@ -1,3 +1,5 @@
+#include "cli/manual.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -5,7 +7,6 @@
 #include <functional>
 #include <vector>
 
-#include "cli/commands.h"
 #include "cli/options.h"
 #include "tress/version.h"
 

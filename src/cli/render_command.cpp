@@ -382,9 +382,11 @@ Command add_render(CLI::App& tress, const std::vector<std::string>& command) {
       {".exr"});
   add_appearance(render, s.overrides);
   add_learning(render, s);
+  // Hidden: `tress farm` writes it into job templates.
   add_choice(
       render, "--progress", {"openjd"}, [](const std::string&) { use_openjd_lines(); },
-      "lines on standard output that Open Job Description reads: openjd_progress, openjd_status, openjd_fail");
+      "lines on standard output that Open Job Description reads: openjd_progress, openjd_status, openjd_fail")
+      ->group(hidden_group);
   add_quiet(render);
   return {render, [render, settings] {
             log_replaced(*render);

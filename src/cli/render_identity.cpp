@@ -18,6 +18,7 @@
 #include "scene/read/groom_files.h"
 #include "scene/read/input_files.h"
 #include "scene/read/set_keys.h"
+#include "scene/read/texture_file.h"
 #include "tress/version.h"
 
 namespace tress::cli {

@@ -69,7 +69,7 @@ class PathTracer {
   /// the throughput, to `groups`.
   glm::vec3 met_light(const Vertex& vertex, const Scattering::Sample& sample, float distance_cm,
                       const glm::vec3& throughput, GroupLight& groups) const;
-  /// Adds the light of one BCSDF sample of the first vertex, followed to its end (path_tree.cpp).
+  /// Adds the light of one BCSDF sample of the first vertex, followed to its end.
   void follow(const Vertex& vertex, const Scattering::Sample& sample, RandomStream& random, PathSums& sums) const;
   struct Worth;
   struct Departure;

@@ -18,8 +18,10 @@
 #include "python/arrays_in.h"
 #include "python/bindings.h"
 #include "scene/read/assembly.h"
+#include "scene/read/environment_file.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/grooms/given_basis.h"
+#include "scene/read/obj_file.h"
 #include "scene/read/shared_strands.h"
 
 namespace py = pybind11;

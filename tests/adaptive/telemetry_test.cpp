@@ -22,7 +22,7 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-/// The part of JSON Schema that schema.json uses. Returns the first fault, "" if there is none.
+/// The part of JSON Schema that schema.json uses. Returns the first fault, or "".
 class SchemaCheck {
  public:
   explicit SchemaCheck(json schema) : root_(std::move(schema)) {}

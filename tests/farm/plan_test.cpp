@@ -176,7 +176,7 @@ TEST(FarmSlurm, ArraysNameTheirTasksAndWhatTheyWaitFor) {
        {"sbatch --parsable", "--array=0-2,5%16", "--dependency=afterok:7", "--kill-on-invalid-dep=yes", "--requeue",
         "--signal=B:USR1@120", "--partition=render", "/farm/slurm/task.sh"})
     EXPECT_NE(array.find(word), std::string::npos) << word << " in " << array;
-  // slurm_max_array: numbers count from the offset, which the script adds again; a % of the folder is none of Slurm's.
+  // slurm_max_array: numbers count from the offset, which the script adds again; Slurm does not read a % of the folder.
   const std::string rest = shell_words(slurm_array_command("/100%/a", options, {1000, 1002}, {}, 1000));
   for (const char* word : {"--array=0,2%16", "--output=/100%%/a/logs/%A_%a.log", "/100%/a/slurm/task.sh 1000"})
     EXPECT_NE(rest.find(word), std::string::npos) << word << " in " << rest;

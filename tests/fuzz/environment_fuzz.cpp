@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "fuzz/fuzz.h"
+#include "scene/read/environment_file.h"
 #include "scene/read/input_files.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -5,6 +5,7 @@
 #include "scene/read/assembly.h"
 #include "scene/read/grooms/given_basis.h"
 #include "scene/read/grooms/groom_formats.h"
+#include "scene/read/grooms/hair_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace tress;

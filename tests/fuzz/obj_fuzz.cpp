@@ -4,6 +4,7 @@
 #include "fuzz/fuzz.h"
 #include "scene/read/assembly.h"
 #include "scene/read/input_files.h"
+#include "scene/read/obj_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace tress;

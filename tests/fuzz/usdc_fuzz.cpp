@@ -1,5 +1,6 @@
 // Any bytes as a binary USD file, or as a USD archive.
 #include "fuzz/groom_target.h"
+#include "scene/read/grooms/usd_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const bool is_archive = size > 0 && data[0] == 'P' && (size < 2 || data[1] == 'K');

@@ -60,7 +60,8 @@ inline double bravais(double eta, double theta_d) {
   return std::sqrt((eta * eta - s * s) / (1 - s * s));
 }
 
-/// The |theta_d| from which on light is not totally reflected within the ellipse any more (TT); 0 if there is none.
+/// The |theta_d| from which on light is not totally reflected within the ellipse any more (TT); 0 if no
+/// direction is such an edge.
 inline float total_reflection_edge(double eta, double e) {
   double low = 0, high = 1.56;
   const auto total = [&](double theta_d) { return largest_inner_sine(e, bravais(eta, theta_d)) > 1 + 1e-9; };
@@ -72,7 +73,7 @@ inline float total_reflection_edge(double eta, double e) {
   return static_cast<float>(low);
 }
 
-/// The |theta_d| at which eta' = 2: the two caustics of TRT of a circle merge. 0 if there is none.
+/// The |theta_d| at which eta' = 2: the two caustics of TRT of a circle merge. 0 if no direction has it.
 inline float caustic_merge(double eta) {
   const double s2 = (4 - eta * eta) / 3;
   return s2 > 0 && s2 < 1 ? static_cast<float>(std::asin(std::sqrt(s2))) : 0;

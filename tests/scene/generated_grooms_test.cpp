@@ -7,7 +7,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "scene/generate/groom_kinds.h"
+#include "scene/generate/head_grooms.h"
 #include "scene/read/assembly.h"
 #include "scene/read/scene_file.h"
 

@@ -1,3 +1,5 @@
+#include "scene/read/grooms/hair_file.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "image/picture.h"
+#include "scene/read/environment_file.h"
 #include "scene/read/input_files.h"
 #include "tress/base/random.h"
 

@@ -12,6 +12,8 @@
 #include <vector>
 
 #include "scene/read/grooms/groom_formats.h"
+#include "scene/read/grooms/hair_file.h"
+#include "scene/read/grooms/usd_file.h"
 #include "scene/read/mapped_file.h"
 
 namespace tress::scene {

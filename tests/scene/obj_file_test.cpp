@@ -1,3 +1,5 @@
+#include "scene/read/obj_file.h"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -40,7 +40,7 @@ inline std::string values_as_text(const Parameter& parameter) {
       case ValueKind::text:
         return "text";
       case ValueKind::flag:
-        return "true, false";
+        return "flag";
       case ValueKind::only_true:
         return "true";
     }
@@ -105,7 +105,7 @@ inline std::string generated_grooms_as_markdown() {
   return table;
 }
 
-/// In place of the table of `text` with the same first line. False where there is none.
+/// Replaces the table of `text` that has the same first line. False if `text` has no such table.
 inline bool replace_table(const std::string& table, std::string* text) {
   const std::size_t begin = text->find(table.substr(0, table.find('\n') + 1));
   if (begin == std::string::npos) return false;

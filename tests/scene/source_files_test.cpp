@@ -10,6 +10,7 @@
 
 #include "scene/read/input_files.h"
 #include "scene/read/load_scene.h"
+#include "scene/read/texture_file.h"
 #include "tress/fiber/parameter_ranges.h"
 
 namespace tress::scene {

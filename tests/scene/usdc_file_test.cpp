@@ -15,6 +15,7 @@
 #include "scene/groom_fixture.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/grooms/groom_formats.h"
+#include "scene/read/grooms/usd_file.h"
 
 namespace tress::scene {
 namespace {

@@ -12,6 +12,7 @@
 #include "scene/model/absorption.h"
 #include "scene/model/hair_colors.h"
 #include "scene/model/strand_fibers.h"
+#include "scene/read/material_reader.h"
 #include "scene/read/scene_file.h"
 #include "tress/fiber/lock_color.h"
 #include "tress/fiber/principled_hair.h"

@@ -19,6 +19,7 @@
 #include "scene/groom_fixture.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/grooms/groom_formats.h"
+#include "scene/read/grooms/usd_file.h"
 #include "scene/read/load_scene.h"
 #include "scene/read/scene_strands.h"
 #include "scene/read/shared_strands.h"

@@ -17,7 +17,7 @@ constexpr double reach = 4;             // of the blur, in sigma: 6e-5 of it lie
 constexpr double points_per_sigma = 4;  // the same as for the components of a mixture
 
 /// Mass and first two moments of the attribute at one point of the grid.
-using Moments = std::array<double, 3>;
+using KnotMoments = std::array<double, 3>;
 /// The same over the whole grid, one moment after the other.
 using Fields = std::array<std::vector<double>, 3>;
 
@@ -69,12 +69,12 @@ KnotDensity with_attributes(const KnotDensity& table, const TracedNodes& nodes) 
   const std::size_t a_cell = padded_size(static_cast<std::size_t>(wanted) * count) / count;
   const std::size_t points = a_cell * count;
   Fields fields = collected(nodes, points);
-  Moments all{};
+  KnotMoments all{};
   for (std::size_t m = 0; m < all.size(); ++m) {
     for (const double value : fields[m]) all[m] += value;
   }
   blur_fields(fields, nodes.blur_rad());
-  std::vector<Moments> moments(count, Moments{});
+  std::vector<KnotMoments> moments(count, KnotMoments{});
   for (std::size_t i = 0; i < points; ++i) {
     const std::size_t k = i / a_cell, next = (k + 1) % count;
     const double along = static_cast<double>(i % a_cell) / static_cast<double>(a_cell);
@@ -88,7 +88,7 @@ KnotDensity with_attributes(const KnotDensity& table, const TracedNodes& nodes) 
   }
   // The kernel was not normalised, so any real mass is far above rounding error.
   for (std::size_t k = 0; k < count; ++k) {
-    const Moments& known = moments[k][0] > 1e-9 * all[0] ? moments[k] : all;
+    const KnotMoments& known = moments[k][0] > 1e-9 * all[0] ? moments[k] : all;
     const double mean = known[1] / known[0];
     knots[k].attribute_mean = static_cast<float>(mean);
     knots[k].attribute_variance = static_cast<float>(std::max(0.0, known[2] / known[0] - mean * mean));

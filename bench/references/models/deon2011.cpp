@@ -49,7 +49,7 @@ FiberConstants constants_of(const FiberParameters& parameters) {
 }
 
 /// What depends on the known direction only.
-struct EventConstants {
+struct DeonConstants {
   std::array<EnergyConservingLobe, detected_orders> longitudinal;
   std::array<glm::vec3, detected_orders> channel_weights;  ///< shares of the channels in the luminance of E_p
 };
@@ -84,7 +84,7 @@ class Deon2011 final : public FiberModel {
       return EnergyConservingLobe(event.wr.theta, widths.tilt[lane],
                                   EnergyConservingLobe::variance_of(widths.lambda[lane]));
     };
-    auto* constants = new (place_of<EventConstants>(event)) EventConstants{{lobe(0), lobe(1), lobe(2), lobe(3)}, {}};
+    auto* constants = new (place_of<DeonConstants>(event)) DeonConstants{{lobe(0), lobe(1), lobe(2), lobe(3)}, {}};
     const auto energies = circle_energies(quadrature_, fiber.circle, event.wr.theta);
     float sum = 0;
     for (std::size_t p = 0; p < energies.size(); ++p) {
@@ -104,7 +104,7 @@ class Deon2011 final : public FiberModel {
   }
 
   FiberSample sample_event(const FiberEvent& event, const std::array<float, 4>& u) const override {
-    const EventConstants& constants = constants_in<EventConstants>(event);
+    const DeonConstants& constants = constants_in<DeonConstants>(event);
     FiberSample sample;
     std::size_t lobe = 0;
     float below = 0;
@@ -130,7 +130,7 @@ class Deon2011 final : public FiberModel {
 
   FiberValue evaluate_event(const FiberEvent& event, const FiberDirection& wi) const override {
     const FiberDirection at = clamped(wi);
-    return value_at(event, constants_in<EventConstants>(event), trace_at(event, at.theta), at);
+    return value_at(event, constants_in<DeonConstants>(event), trace_at(event, at.theta), at);
   }
 
  private:
@@ -152,7 +152,7 @@ class Deon2011 final : public FiberModel {
     return trace;
   }
 
-  static FiberValue value_at(const FiberEvent& event, const EventConstants& constants, const AzimuthalTrace& trace,
+  static FiberValue value_at(const FiberEvent& event, const DeonConstants& constants, const AzimuthalTrace& trace,
                              const FiberDirection& wi) {
     FiberValue value;
     const float phi = adaptive::wrap_angle(wi.phi - event.wr.phi);

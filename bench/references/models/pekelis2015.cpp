@@ -30,7 +30,7 @@ namespace {
 constexpr float reflection_sigma = 1;
 constexpr float least_mass = 1e-6f;    // a row of less has no light: its proposal is uniform
 constexpr float least_cosine = 0.01f;  // bounds the printed 1/cos^2 theta_r
-constexpr std::size_t r = 0, tt = 1, trt = 2;
+constexpr std::size_t lobe_r = 0, lobe_tt = 1, lobe_trt = 2;
 constexpr std::size_t nothing_drawn = marschner_lobes;
 
 struct RowSlice {
@@ -48,7 +48,7 @@ struct FiberRecord {
   MarschnerEnergies energy;
 };
 
-struct EventConstants {
+struct PekelisConstants {
   LongitudinalLobes longitudinal;  ///< lane l: of MarschnerLobe l
   Float4 lambda, tilt;             ///< likewise
   FoldedAzimuth fold;
@@ -84,7 +84,7 @@ class Pekelis2015 final : public RowModel {
     const float blur = azimuthal_sigmas(parameters)[0] / (scale * pi_f);
     fiber.sigma_tt = std::sqrt(1 + 3 * blur * blur);
     for (std::size_t i = 0; i < 2; ++i) {
-      const auto lobe = static_cast<MarschnerLobe>(trt + i);
+      const auto lobe = static_cast<MarschnerLobe>(lobe_trt + i);
       fiber.slices[i].description = pekelis_slice(lobe, parameters.eta, e, sigma);
       if (service_ != nullptr) fiber.slices[i].id = slice_of(fiber.slices[i].description);
     }
@@ -104,8 +104,8 @@ class Pekelis2015 final : public RowModel {
     const FoldedAzimuth fold = fold_azimuth(event.wr.phi);
     const LobeWidths::At widths = fiber.widths.at(event.wr.theta);
     const Float4 lambda = by_marschner_lobe(widths.lambda), tilt = by_marschner_lobe(widths.tilt);
-    new (place_of<EventConstants>(event))
-        EventConstants{{event.wr.theta, tilt, lambda, LongitudinalShape::logistic}, lambda, tilt, fold};
+    new (place_of<PekelisConstants>(event))
+        PekelisConstants{{event.wr.theta, tilt, lambda, LongitudinalShape::logistic}, lambda, tilt, fold};
     begin_lobes(ids_[id], *fiber.table, fiber.energy, fold.phi, event);
     return event;
   }
@@ -122,16 +122,16 @@ class Pekelis2015 final : public RowModel {
  private:
   FiberSample draw(const FiberEvent& event, const std::array<float, 4>& u, DirectionRows& rows) const override {
     const FiberRecord& fiber = fibers_[event.fiber];
-    const EventConstants& constants = constants_in<EventConstants>(event);
+    const PekelisConstants& constants = constants_in<PekelisConstants>(event);
     FiberSample sample;
     const std::size_t l = draw_lobe(event, u[0]);
     sample.lobe = layer_of(ids_[event.fiber], l);
     sample.wi.theta = constants.longitudinal.lane(static_cast<int>(l)).sample(u[1]);
     const float theta_d = 0.5f * (event.wr.theta - sample.wi.theta);
     float x = 0;
-    if (l == r) {
+    if (l == lobe_r) {
       x = sample_pekelis_reflection(u[2], reflection_sigma);
-    } else if (l == tt) {
+    } else if (l == lobe_tt) {
       x = transmission(event, theta_d).sample(u[2]);
     } else {
       x = sample_row(fiber, l, constants.fold.phi, theta_d, u, rows);
@@ -160,7 +160,7 @@ class Pekelis2015 final : public RowModel {
   /// Both rows share a layer of the value unless the fiber splits the glint off.
   adaptive::RowView row_of(const FiberRecord& fiber, std::size_t lobe, float phi_r, float theta_d,
                            DirectionRows& rows) const {
-    const RowSlice& slice = fiber.slices[lobe - trt];
+    const RowSlice& slice = fiber.slices[lobe - lobe_trt];
     const PekelisNode node = nearest_pekelis_node(slice.description, phi_r, theta_d);
     return rows.ask(slice.id, node.a, node.b, Lobe::trt);
   }
@@ -220,7 +220,7 @@ class Pekelis2015 final : public RowModel {
         marschner_trt_circle(fiber.shape.eta, fiber.shape.eccentricity, at(phi_r), at(theta_d), at(x));
     glm::vec3 attenuated(0.0f);  // mean over the roots, by their densities
     float density = 0;
-    if (lobe == trt) {
+    if (lobe == lobe_trt) {
       const MarschnerPaths paths = circle.paths(2, at(x));
       for (std::size_t k = 0; k < paths.count; ++k) {
         const auto weight = static_cast<float>(paths.path[k].density);
@@ -237,8 +237,8 @@ class Pekelis2015 final : public RowModel {
       ++value.exact_queries;
       const auto l = static_cast<MarschnerLobe>(lobe);
       proposal = fiber.table->density(l, fiber.table->place(l, phi_r, theta_d), x);
-      return attenuated *
-             static_cast<float>(pekelis_curve(fiber.slices[lobe - trt].description.key, at(phi_r), at(theta_d), at(x)));
+      return attenuated * static_cast<float>(pekelis_curve(fiber.slices[lobe - lobe_trt].description.key, at(phi_r),
+                                                           at(theta_d), at(x)));
     }
     const Answer answer = ask_row(row, x, drawn, value);
     proposal = answer.proposal;
@@ -248,7 +248,7 @@ class Pekelis2015 final : public RowModel {
   FiberValue value_at(const FiberEvent& event, const FiberDirection& wi, std::size_t drawn, DirectionRows& rows) const {
     const FiberRecord& fiber = fibers_[event.fiber];
     const FiberParameters& parameters = ids_[event.fiber];
-    const EventConstants& constants = constants_in<EventConstants>(event);
+    const PekelisConstants& constants = constants_in<PekelisConstants>(event);
     const float theta_d = 0.5f * (event.wr.theta - wi.theta);
     const float x = constants.fold.relative(wi.phi, event.wr.phi);
     const Float4 m = constants.longitudinal.density(wi.theta), seen = longitudinal_as_read(event, constants, wi, m);
@@ -260,11 +260,11 @@ class Pekelis2015 final : public RowModel {
       glm::vec3 azimuthal;
       float proposal = 0;
       adaptive::RowView row;
-      if (l == r) {
+      if (l == lobe_r) {
         proposal = pekelis_reflection(x, reflection_sigma);
         const SurfaceFresnel fresnel(parameters.eta, theta_d, parameters.reflection_fresnel);
         azimuthal = glm::vec3(proposal * fresnel(std::abs(std::cos(0.5f * x))));
-      } else if (l == tt) {
+      } else if (l == lobe_tt) {
         proposal = transmission(event, theta_d).density(x);
         azimuthal = proposal * attenuation(1, transmitted_cosine(fiber, theta_d, x));
       } else {
@@ -274,7 +274,7 @@ class Pekelis2015 final : public RowModel {
       const auto lane = static_cast<int>(l);
       const glm::vec3 s = gain_of(parameters, l) * azimuthal * seen[lane];
       value.s[static_cast<std::size_t>(layer_of(parameters, l))] += s;
-      if (l >= trt && service_ != nullptr) rows.set_part(row, s);
+      if (l >= lobe_trt && service_ != nullptr) rows.set_part(row, s);
       value.pdf += chosen * m[lane] * proposal;
     }
     value.pdf = std::max(value.pdf, smallest_pdf);
@@ -291,7 +291,7 @@ class Pekelis2015 final : public RowModel {
   }
 
   /// M as S has it: `normalised`, or as printed, with the printed factor of eq. 2.
-  Float4 longitudinal_as_read(const FiberEvent& event, const EventConstants& constants, const FiberDirection& wi,
+  Float4 longitudinal_as_read(const FiberEvent& event, const PekelisConstants& constants, const FiberDirection& wi,
                               Float4 normalised) const {
     if (reading_ == PekelisReading::corrected) return normalised;
     const Float4 scaled = (0.5f * (event.wr.theta + wi.theta) - constants.tilt) / constants.lambda;

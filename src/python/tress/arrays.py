@@ -40,8 +40,8 @@ class Strands:
     names the attribute "color".
     basis: what the points are: "bspline" (the default; through root and tip), "linear", "catmull_rom",
     "clamped_catmull_rom", "open_bspline", "open_catmull_rom", "bezier", "hermite".
-    normal: (strand, point, 3) or one a point, along the minor axes of the fibers' cross-sections, any length; 0 where
-    there is none. Without it the axes are the material's.
+    normal: (strand, point, 3) or one a point, along the minor axes of the fibers' cross-sections, any length; 0
+    at points that have no axis of their own. Without it the axes are the material's.
     id: a whole number a strand, which seeds what is random of it; without it its index does. root_uv: (strand, 2),
     where its root is on a material's textures.
     """

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "base/pi.h"
-#include "scene/generate/groom_kinds.h"
+#include "scene/generate/head_grooms.h"
 #include "scene/model/parameters.h"
 
 namespace tress::scene {
@@ -76,7 +76,7 @@ const std::vector<Kind>& kinds() {
   return all;
 }
 
-const Kind& kind_of(const std::string& name) {
+const Kind& groom_kind(const std::string& name) {
   const auto found = std::find_if(kinds().begin(), kinds().end(), [&](const Kind& kind) { return kind.name == name; });
   assert(found != kinds().end());
   return found == kinds().end() ? kinds().back() : *found;
@@ -116,11 +116,11 @@ const std::vector<std::string>& generated_groom_kinds() {
   return names;
 }
 
-const std::vector<ShapeParameter>& shape_parameters(const std::string& kind) { return kind_of(kind).parameters; }
-std::uint32_t usual_strands(const std::string& kind) { return kind_of(kind).strands; }
+const std::vector<ShapeParameter>& shape_parameters(const std::string& kind) { return groom_kind(kind).parameters; }
+std::uint32_t usual_strands(const std::string& kind) { return groom_kind(kind).strands; }
 
 std::uint32_t points_per_strand(const GroomRecipe& recipe) {
-  const Kind& kind = kind_of(recipe.kind);
+  const Kind& kind = groom_kind(recipe.kind);
   double length_cm = 0, wavelength_cm = 0;
   for (const ShapeParameter& parameter : kind.parameters) {
     const auto given = recipe.shape.find(parameter.key);
@@ -134,7 +134,7 @@ std::uint32_t points_per_strand(const GroomRecipe& recipe) {
 }
 
 Groom generate_groom(const GroomRecipe& recipe) {
-  const Kind& kind = kind_of(recipe.kind);
+  const Kind& kind = groom_kind(recipe.kind);
   GroomShape shape;
   shape.strands = recipe.strands.value_or(kind.strands);
   shape.seed = recipe.seed;

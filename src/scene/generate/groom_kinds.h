@@ -1,11 +1,10 @@
-// The generators behind generate_groom(), and what they share: random shapes, and a head for the roots.
+// The generators behind generate_groom() and the random shapes that they share; head_grooms.h has those with a head.
 #pragma once
 
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <map>
 #include <string>
-#include <vector>
 
 #include "scene/model/scene.h"
 #include "tress/base/random.h"
@@ -28,8 +27,6 @@ struct GroomShape {
 };
 
 Groom curly_lock(const GroomShape& shape);
-Groom head_groom(const GroomShape& shape);
-Groom layered_hair(const GroomShape& shape);
 Groom curtain(const GroomShape& shape);
 Groom fur_ball(const GroomShape& shape);
 Groom single_fiber(const GroomShape& shape);
@@ -60,18 +57,5 @@ class Wander {
   glm::vec3 slow_, fast_;
   glm::vec3 slow_phase_, fast_phase_;
 };
-
-/// A point of the scalp on the unit sphere, anywhere above the neck except on the face (+y). Multiplied by
-/// head_semi_axes_cm() it lies on the head.
-glm::vec3 scalp_point(RandomStream& random);
-glm::vec3 head_semi_axes_cm();
-
-/// Moves p (cm) out of the head, which is inflated by `clearance` cm.
-glm::vec3 outside_head(const glm::vec3& p, float clearance);
-
-/// Makes `count` equally spaced points of a strand that leaves the scalp along its normal, away from the parting, then
-/// falls along the head and freely below it. Stiffness: the length in cm over which gravity turns it.
-std::vector<glm::vec3> fall_from_scalp(const glm::vec3& on_scalp, float length_cm, float clearance, float stiffness,
-                                       std::uint32_t count);
 
 }  // namespace tress::scene

@@ -1,8 +1,7 @@
 // All keys of a scene file and numbers of the command line: ranges, units, defaults, and one sentence each. Readers,
 // options, messages, Python's classes, scenes/schema.json and the tables of scenes/KEYS.md follow this one table. A
-// new number of a material is a row here, a member of Material (scene.h) and the line of read_material() that reads it;
-// tests write the schema and the tables then (TRESS_REWRITE=1 in the environment, Parameters.*), and the build the
-// classes.
+// new number of a material is a row here, and in scene.h a member of Material and a row of `material_numbers`; tests
+// write the schema and the tables then (TRESS_REWRITE=1 in the environment, Parameters.*), and the build the classes.
 #pragma once
 
 #include <cstdint>

@@ -13,8 +13,10 @@
 #include <glm/vec3.hpp>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
+#include "base/pi.h"
 #include "image/view_transform.h"
 #include "scene/model/absorption.h"
 #include "scene/model/environment.h"
@@ -128,6 +130,18 @@ struct Material {
   std::optional<double> root_angle_rad;  ///< major axis at the root; unset: from a hash of the strand
 };
 
+/// A number of a material that its key alone gives. read_material() reads every row of `material_numbers`, so that a
+/// new one is its row in parameters.cpp, its member in Material and its row here.
+struct MaterialNumber {
+  const char* key;
+  std::variant<std::optional<double> Material::*, std::optional<Source> Material::*> member;  ///< a Source may vary
+  double unit = 1;  ///< one of the key in units of the member
+};
+inline constexpr MaterialNumber material_numbers[] = {{"presence", &Material::presence},
+                                                      {"thickness", &Material::thickness},
+                                                      {"curl_diameter_cm", &Material::curl_diameter_cm},
+                                                      {"root_angle_deg", &Material::root_angle_rad, degree}};
+
 /// Calls visit(source) for each source of a material, const or not.
 template <class SomeMaterial, class Visit>
 void for_each_source(SomeMaterial& material, Visit&& visit) {
@@ -139,8 +153,9 @@ void for_each_source(SomeMaterial& material, Visit&& visit) {
       if (source) visit(*source);
   for (auto& number : material.numbers)
     if (number) visit(*number);
-  if (material.presence) visit(*material.presence);
-  if (material.thickness) visit(*material.thickness);
+  for (const MaterialNumber& number : material_numbers)
+    if (const auto* source = std::get_if<std::optional<Source> Material::*>(&number.member))
+      if (material.**source) visit(*(material.**source));
 }
 
 /// The attributes that a material uses, each once.

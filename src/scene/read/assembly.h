@@ -14,6 +14,7 @@
 #include "scene/read/grooms/curve_bases.h"
 #include "scene/read/grooms/groom_file.h"
 #include "scene/read/input_files.h"
+#include "scene/read/obj_file.h"
 
 namespace tress::scene {
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "scene/read/grooms/groom_formats.h"
+#include "scene/read/grooms/pbrt_file.h"
 #include "scene/read/grooms/text_cursor.h"
 #include "scene/read/input_files.h"
 #include "scene/read/mapped_file.h"

@@ -1,3 +1,5 @@
+#include "scene/read/groom_reader.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

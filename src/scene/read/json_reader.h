@@ -60,7 +60,7 @@ class JsonReader {
   /// All of the keys must exist; otherwise false, and an error that names the first missing one.
   bool need(const std::vector<std::string>& keys) const;
 
-  /// The parameter of a key; null if there is none.
+  /// The parameter of a key; null if it has no row.
   const Parameter* parameter_of(const std::string& key) const;
   void fail(const std::string& key, std::string expected, std::string found) const;
   bool failed() const { return error_->has_value(); }

@@ -1,3 +1,5 @@
+#include "scene/read/light_reader.h"
+
 #include <cmath>
 #include <glm/geometric.hpp>
 

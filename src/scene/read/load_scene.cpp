@@ -23,6 +23,7 @@
 #include "scene/model/parameters.h"
 #include "scene/model/strand_fibers.h"
 #include "scene/read/assembly.h"
+#include "scene/read/environment_file.h"
 #include "scene/read/groom_files.h"
 #include "scene/read/groom_looks.h"
 #include "scene/read/grooms/groom_formats.h"
@@ -31,6 +32,7 @@
 #include "scene/read/object_files.h"
 #include "scene/read/parts_folder.h"
 #include "scene/read/scene_file.h"
+#include "scene/read/texture_file.h"
 
 namespace tress::scene {
 namespace {

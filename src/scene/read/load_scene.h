@@ -7,9 +7,11 @@
 #include <string>
 
 #include "scene/model/scene.h"
+#include "scene/read/environment_file.h"
 #include "scene/read/grooms/groom_file.h"
 #include "scene/read/input_files.h"
 #include "scene/read/look.h"
+#include "scene/read/obj_file.h"
 #include "scene/read/overrides.h"
 #include "tress/base/error.h"
 

@@ -1,3 +1,5 @@
+#include "scene/read/material_reader.h"
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -9,13 +11,13 @@
 #include <string>
 #include <tuple>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "base/pi.h"
 #include "scene/model/hair_colors.h"
 #include "scene/read/marschner_reader.h"
 #include "scene/read/principled_reader.h"
-#include "scene/read/scene_file.h"
 #include "scene/read/source_reader.h"
 #include "tress/fiber/parameters.h"
 
@@ -97,6 +99,17 @@ void read_part(const JsonReader& json, Material* material,
     material->fiber.*member = read_number_of(json, key, number_of(material, number)).value_or(0);
 }
 
+void read_material_number(const JsonReader& json, const MaterialNumber& number, Material* material) {
+  if (!json.has(number.key)) return;
+  if (const auto* plain = std::get_if<std::optional<double> Material::*>(&number.member)) {
+    if (const auto x = json.number(number.key)) material->** plain = *x * number.unit;
+    return;
+  }
+  const glm::vec3 unit(static_cast<float>(number.unit));
+  material->*std::get<std::optional<Source> Material::*>(number.member) =
+      read_source(json, number.key, read_number(unit), unit);
+}
+
 StrandVariation read_variation(const JsonReader& json) {
   StrandVariation variation;
   if (!json.object()) return variation;
@@ -163,8 +176,7 @@ Material read_material(const JsonReader& json, std::size_t index, bool spectral)
   if (const auto x = read_number_of(json, "eccentricity", number_of(&material, FiberNumber::eccentricity)))
     fiber.eccentricity = *x;
   if (const auto x = read_number_of(json, "roughness", &material.roughness)) fiber.roughness = *x;
-  if (json.has("presence")) material.presence = read_source(json, "presence", read_number(glm::vec3(1.0f)));
-  if (json.has("thickness")) material.thickness = read_source(json, "thickness", read_number(glm::vec3(1.0f)));
+  for (const MaterialNumber& number : material_numbers) read_material_number(json, number, &material);
   if (const auto x = read_number_of(json, "tilt_deg", number_of(&material, FiberNumber::tilt), degree)) fiber.tilt = *x;
   if (const auto x = read_number_of(json, "wetness", number_of(&material, FiberNumber::wetness))) fiber.wetness = *x;
   using Fiber = fiber::FiberParameters;
@@ -185,9 +197,7 @@ Material read_material(const JsonReader& json, std::size_t index, bool spectral)
   read_lobe_angles(json, "azimuthal_sigma_deg", {"TT", "TRT", "TRRT"}, &fiber.azimuthal_sigma);
   read_lobe_angles(json, "longitudinal_lambda_deg", {"R", "TT", "TRT", "TRRT"}, &fiber.longitudinal_lambda);
   read_lobes(json, &material);
-  material.curl_diameter_cm = json.number("curl_diameter_cm");
   material.twist = json.boolean("twist").value_or(true);
-  if (const auto x = json.number("root_angle_deg")) material.root_angle_rad = *x * degree;
   if (const auto names = attributes_of(material); names.size() > 1)
     json.fail("", "one attribute of the file in a material", fmt::format("{}", fmt::join(names, ", ")));
   return material;

@@ -16,7 +16,9 @@
 #include "scene/read/groom_files.h"
 #include "scene/read/grooms/given_basis.h"
 #include "scene/read/input_files.h"
+#include "scene/read/obj_file.h"
 #include "scene/read/shared_strands.h"
+#include "scene/read/texture_file.h"
 
 namespace tress::scene {
 namespace {

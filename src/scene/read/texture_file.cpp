@@ -1,3 +1,5 @@
+#include "scene/read/texture_file.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>

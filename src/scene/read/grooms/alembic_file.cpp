@@ -1,4 +1,6 @@
 // Reads Alembic archives (Ogawa): the curves of all objects, with the transforms above them (README.md).
+#include "scene/read/grooms/alembic_file.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,7 +15,6 @@
 #include <utility>
 
 #include "scene/read/grooms/groom_builder.h"
-#include "scene/read/grooms/groom_formats.h"
 #include "scene/read/grooms/ogawa.h"
 
 namespace tress::scene {

@@ -4,6 +4,13 @@
 #include <array>
 #include <string>
 
+#include "scene/read/grooms/alembic_file.h"
+#include "scene/read/grooms/hair_file.h"
+#include "scene/read/grooms/pbrt_file.h"
+#include "scene/read/grooms/ply_file.h"
+#include "scene/read/grooms/usc_data.h"
+#include "scene/read/grooms/usd_file.h"
+#include "scene/read/grooms/usd_layer.h"
 #include "scene/read/grooms/usdz_file.h"
 
 namespace tress::scene {

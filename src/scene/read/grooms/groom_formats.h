@@ -4,7 +4,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "scene/read/grooms/groom_file.h"
 
@@ -18,15 +17,6 @@ struct FormatItem {
 
 /// The reason why an item, even one without a row, is not used; empty if it is used.
 const char* why_not_used(std::span<const FormatItem> items, std::string_view name);
-
-std::span<const FormatItem> hair_items();
-std::span<const FormatItem> usc_data_items();
-std::span<const FormatItem> alembic_items();
-std::span<const FormatItem> usd_items();
-std::span<const FormatItem> usd_instancer_items();
-std::span<const FormatItem> pbrt_items();
-std::span<const FormatItem> pbrt_curve_items();
-std::span<const FormatItem> ply_items();
 
 struct GroomFormat {
   std::string_view name;    ///< "an Alembic archive (Ogawa)"
@@ -48,29 +38,5 @@ const GroomFormat* groom_format_of(std::span<const unsigned char> bytes);
 
 /// ".hair, .abc, .usda", for messages.
 std::string groom_endings();
-
-/// Parses the bytes of a .hair file (README.md). `name` is the file named in errors, which give the byte.
-Result<GroomFile> parse_hair_file(std::span<const unsigned char> bytes, const std::string& name,
-                                  const DoneWith& done_with = {});
-
-// The readers of the other formats.
-Result<GroomFile> read_usda(const GroomInput& input);
-Result<GroomFile> read_usdc(const GroomInput& input);
-Result<GroomFile> read_usdz(const GroomInput& input);
-Result<GroomFile> read_alembic(const GroomInput& input);
-Result<GroomFile> read_pbrt(const GroomInput& input);
-Result<GroomFile> read_usc_data(const GroomInput& input);
-Result<GroomFile> read_ply(const GroomInput& input);
-
-/// The names after Include and Import in a scene of pbrt; empty for another file.
-std::vector<std::string> pbrt_includes(std::span<const unsigned char> bytes);
-
-/// Whether the bytes have the mark of a USD text, or of a crate.
-bool is_usda(std::span<const unsigned char> bytes);
-bool is_usdc(std::span<const unsigned char> bytes);
-/// Whether a text begins like a scene of pbrt.
-bool is_pbrt(std::span<const unsigned char> bytes);
-/// Whether the counts of strands and points give exactly the size of the file.
-bool is_usc_data(std::span<const unsigned char> bytes);
 
 }  // namespace tress::scene

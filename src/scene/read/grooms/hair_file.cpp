@@ -1,3 +1,5 @@
+#include "scene/read/grooms/hair_file.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,7 +8,6 @@
 #include <cstring>
 
 #include "scene/read/grooms/groom_builder.h"
-#include "scene/read/grooms/groom_formats.h"
 
 namespace tress::scene {
 namespace {

@@ -1,5 +1,7 @@
 // Reads scenes of pbrt-v4: their curves with the transforms around them, and remarks on their hair materials
 // (README.md).
+#include "scene/read/grooms/pbrt_file.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +18,6 @@
 #include <utility>
 
 #include "scene/read/grooms/groom_builder.h"
-#include "scene/read/grooms/groom_formats.h"
 #include "scene/read/grooms/text_cursor.h"
 
 namespace tress::scene {
@@ -25,49 +26,17 @@ namespace {
 constexpr int deepest_include = 16, most_includes = 4096;
 constexpr std::size_t deepest_attributes = 1024, most_saved_words = 100'000;
 
-constexpr std::string_view directives[] = {"Accelerator",
-                                           "ActiveTransform",
-                                           "AreaLightSource",
-                                           "Attribute",
-                                           "AttributeBegin",
-                                           "AttributeEnd",
-                                           "Camera",
-                                           "ColorSpace",
-                                           "ConcatTransform",
-                                           "CoordSysTransform",
-                                           "CoordinateSystem",
-                                           "Film",
-                                           "Identity",
-                                           "Import",
-                                           "Include",
-                                           "Integrator",
-                                           "LightSource",
-                                           "LookAt",
-                                           "MakeNamedMaterial",
-                                           "MakeNamedMedium",
-                                           "Material",
-                                           "MediumInterface",
-                                           "NamedMaterial",
-                                           "ObjectBegin",
-                                           "ObjectEnd",
-                                           "ObjectInstance",
-                                           "Option",
-                                           "PixelFilter",
-                                           "ReverseOrientation",
-                                           "Rotate",
-                                           "Sampler",
-                                           "Scale",
-                                           "Shape",
-                                           "Texture",
-                                           "Transform",
-                                           "TransformBegin",
-                                           "TransformEnd",
-                                           "TransformTimes",
-                                           "Translate",
-                                           "WorldBegin",
-                                           "WorldEnd"};
+/// Between blanks.
+constexpr std::string_view directives =
+    " Accelerator ActiveTransform AreaLightSource Attribute AttributeBegin AttributeEnd Camera ColorSpace "
+    "ConcatTransform CoordSysTransform CoordinateSystem Film Identity Import Include Integrator LightSource "
+    "LookAt MakeNamedMaterial MakeNamedMedium Material MediumInterface NamedMaterial ObjectBegin ObjectEnd "
+    "ObjectInstance Option PixelFilter ReverseOrientation Rotate Sampler Scale Shape Texture Transform "
+    "TransformBegin TransformEnd TransformTimes Translate WorldBegin WorldEnd ";
 
-bool is_directive(std::string_view word) { return std::ranges::find(directives, word) != std::end(directives); }
+bool is_directive(std::string_view word) {
+  return directives.find(fmt::format(" {} ", word)) != std::string_view::npos;
+}
 
 /// Directives other than transforms, curves and their materials.
 constexpr FormatItem pbrt_table[] = {

@@ -1,4 +1,6 @@
 // Reads strands in PLY: vertices in the order of the strands (README.md).
+#include "scene/read/grooms/ply_file.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,7 +15,6 @@
 #include <utility>
 
 #include "scene/read/grooms/groom_builder.h"
-#include "scene/read/grooms/groom_formats.h"
 #include "scene/read/grooms/text_cursor.h"
 
 namespace tress::scene {

@@ -1,10 +1,11 @@
 // Reads the .data files of the USC-HairSalon data set and its relatives (README.md).
+#include "scene/read/grooms/usc_data.h"
+
 #include <fmt/format.h>
 
 #include <cstring>
 
 #include "scene/read/grooms/groom_builder.h"
-#include "scene/read/grooms/groom_formats.h"
 
 namespace tress::scene {
 namespace {

@@ -1,5 +1,7 @@
 // Reads USD: the curves of one layer, with the transforms, states and primvars above them (README.md). The layer is
 // first read as a tree of prims; the values that the picture needs are then read by their places.
+#include "scene/read/grooms/usd_file.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +17,6 @@
 #include <utility>
 
 #include "scene/read/grooms/groom_builder.h"
-#include "scene/read/grooms/groom_formats.h"
 #include "scene/read/grooms/text_cursor.h"
 #include "scene/read/grooms/usd_layer.h"
 #include "scene/read/grooms/usdz_file.h"

@@ -107,4 +107,8 @@ constexpr const char* why_one_space = "colors are taken for linear Rec. 709";
 constexpr const char* why_no_clips = "time samples of other files are not read";
 constexpr const char* why_no_offset = "times of what it refers to are taken as they are there";
 
+/// Whether the bytes have the mark of a USD text, or of a crate.
+bool is_usda(std::span<const unsigned char> bytes);
+bool is_usdc(std::span<const unsigned char> bytes);
+
 }  // namespace tress::scene
