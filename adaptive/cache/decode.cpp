@@ -1,6 +1,4 @@
 // Reads a cache from bytes that may hold anything; reader.h describes it.
-#include "cache/reader.h"
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -16,6 +14,7 @@
 
 #include "base/content_hash.h"
 #include "base/pi.h"
+#include "cache/reader.h"
 #include "observations/sketch.h"
 
 namespace tress::inline v0_2::adaptive {

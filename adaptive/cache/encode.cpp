@@ -1,5 +1,3 @@
-#include "cache/format.h"
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -10,6 +8,7 @@
 #include <vector>
 
 #include "base/content_hash.h"
+#include "cache/format.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace format {

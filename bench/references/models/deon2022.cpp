@@ -21,7 +21,7 @@
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr float smallest_pdf = 1e-30f;                // where every lobe has underflowed
+constexpr float least_density = 1e-30f;               // where every lobe has underflowed
 constexpr std::size_t r = 0, tt = 1, lobe_kinds = 3;  // then TRT
 constexpr float lambda_of_cauchy = 0.56729633f;       // as in ou2012.cpp
 constexpr float any_azimuth = 0.1f;                   // share of the draws of TT
@@ -152,7 +152,7 @@ class Deon2022 final : public FiberModel {
       event.energy[p] = parameters.gain[p] * ((1 - part) * table[i][p] + part * table[i + 1][p]);
       sum += event.selection[p] = luminance(event.energy[p]);
     }
-    if (!(sum > smallest_pdf)) event.selection[r] = sum = 1;
+    if (!(sum > least_density)) event.selection[r] = sum = 1;
     for (std::size_t p = 0; p < lobe_kinds; ++p) event.selection[p] /= sum;
     return event;
   }
@@ -236,7 +236,7 @@ class Deon2022 final : public FiberModel {
       if (event.selection[p] > 0)
         value.pdf += event.selection[p] * azimuthal[p] * proposal(event, p, phi).density(wi.theta);
     }
-    value.pdf = std::max(value.pdf, smallest_pdf);
+    value.pdf = std::max(value.pdf, least_density);
     return value;
   }
 
