@@ -12,6 +12,7 @@
 #include <map>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "cli/run_tress.h"
@@ -124,17 +125,20 @@ class Checkpoints : public CommandTest {
 
 TEST_F(Checkpoints, KilledRendersEndAsIfTheyHadNotBeen) {
   int resumed = 0;
-  for (const std::string model : {"elliptical", "rough"}) {
-    SCOPED_TRACE(model);
-    const std::vector<std::string> more{"--model", model, "--telemetry-level", "rows", "--spp", "48"};
+  const std::vector<std::pair<std::string, std::vector<std::string>>> ways{
+      {"elliptical", {"--model", "elliptical"}}, {"rough", {}}, {"near", {"--near", "touching", "--spectral"}}};
+  for (const auto& [way, options] : ways) {
+    SCOPED_TRACE(way);
+    std::vector<std::string> more{"--telemetry-level", "rows", "--spp", "48"};
+    more.insert(more.end(), options.begin(), options.end());
     const auto start = std::chrono::steady_clock::now();
-    const Outcome whole = run(command("whole-" + model, more));
+    const Outcome whole = run(command("whole-" + way, more));
     const auto time = std::chrono::steady_clock::now() - start;
     ASSERT_EQ(whole.status, 0) << whole.err;
-    auto words = command("killed-" + model, more);
+    auto words = command("killed-" + way, more);
     words.insert(words.end(), {"--checkpoint", "--checkpoint-interval", "0"});
-    resumed += survive("killed-" + model, words, 5, SIGKILL, time, model.size());
-    expect_same("whole-" + model, "killed-" + model);
+    resumed += survive("killed-" + way, words, 5, SIGKILL, time, way.size());
+    expect_same("whole-" + way, "killed-" + way);
   }
   EXPECT_GT(resumed, 0) << "no run was killed after a checkpoint";
 }

@@ -95,7 +95,7 @@ TEST_F(DefaultCache, KeepsItsModes) {
   const std::string hash = info().at("pages").dump();
   ASSERT_EQ(render({"--cache-mode", "frozen", "--seed", "1"}).status, 0);
   EXPECT_EQ(info().at("pages").dump(), hash) << "frozen must not save";
-  ASSERT_EQ(render({"--seed", "2", "--resolution", "64x64"}).status, 0);  // events enough to grow by
+  ASSERT_EQ(render({"--seed", "2", "--resolution", "160x160"}).status, 0);  // events enough to grow by
   EXPECT_NE(info().at("pages").dump(), hash);
   ASSERT_EQ(render({"--cache-mode", "scratch"}).status, 0);
   EXPECT_EQ(info().at("pages").dump(), hash) << "scratch forgets what was there";
