@@ -57,7 +57,7 @@ class Service::Table {
   void observe(const RowView& view, float x, float g);
   void score(const RowView& view, float x, float g, float q);
 
-  // table.cpp: rows as callers form them
+  // forms.cpp
   Result<const FormedRows*> add_form(SliceId slice, std::shared_ptr<const RowForm> form,
                                      const std::vector<float>& decay_rates);
   FormedLookup look_up(const FormedRows& rows, std::uint32_t node);
@@ -85,7 +85,7 @@ class Service::Table {
   void report_memory() { report_memory(bytes_ + formed_bytes_); }
   bool publish_pays(double share) const;
 
-  // sampled_rows.cpp: a test against the paths that the host drew itself
+  // heard_test.cpp
   HeardTest test_by_heard();
 
   const Options& options() const { return options_; }
@@ -148,7 +148,7 @@ class Service::Table {
     return light_.epsilon_of(rows_.slice(slice).description, rows_.slice(slice).light_at(node), energy);
   }
 
-  // table.cpp: the making of rows
+  // creation.cpp
   /// Makes rows of the candidates, in their order, until memory is full. Appends to changes_. True if all had room.
   bool admit(std::vector<Candidate>& candidates, PassReport& report);
   /// Fills a new row from the cache, if that has a row that may answer; otherwise opens it.
@@ -181,15 +181,15 @@ class Service::Table {
   std::uint32_t wanted_paths(SliceId slice, std::size_t level, double events) const;
   /// Whether rows of a slice of samples would grow: coarse ones, or others with at least `share` of its events.
   bool samples_pay(SliceId slice, double share) const;
-  /// Learns a row up to `paths`, and further if rows learn until they pass their test. parent: what answered before a
+  /// Learns a row up to `paths`, and further if it is to learn until it passes its test. parent: what answered before a
   /// new row, or null. Rows run in parallel.
-  Outcome learn(const Row& row, std::uint32_t paths, const RibbonAnswer* parent) const;
+  Outcome learn(const Row& row, std::uint32_t paths, bool to_epsilon, const RibbonAnswer* parent) const;
   /// Tests a row of a cache on fresh draws.
   Outcome audit_samples(const Row& row) const;
   /// Tests rows of a cache once their slice is queried, and all of them if one does not fit. Fills stale_.
   void audit_slice(SliceId slice, PassReport& report, std::vector<bool>& moved);
 
-  // table.cpp: interpolated answers
+  // interpolation.cpp
   /// The answer of a node by its own row, or by rows of the levels above `level`; empty if they have no answer.
   /// Thread-safe.
   SampledAnswer answer_of(Slice& slice, std::uint32_t node, std::size_t level);
@@ -201,7 +201,7 @@ class Service::Table {
   void let_go_interpolated(Slice& slice, std::uint32_t node);
   void let_go_all_interpolated(Slice& slice);
 
-  // table.cpp: a pass for one row
+  // row_update.cpp
   /// Ends a pass for one row. It changes only the row, so rows run in parallel.
   Outcome update(Row& row) const;
   /// If the audit of a converged row of a cache is due, scores it against a fresh trace.
@@ -256,7 +256,7 @@ class Service::Table {
   void take_over(Saved& saved);
   void take_slice(SavedSlice& saved, Slice& slice, const std::vector<bool>& has_converged);
 
-  // table.cpp: rows as callers form them
+  // forms.cpp
   /// Makes the answer of a row again, if it has one, without counting a query.
   void make_again(const FormedRows& rows, std::uint32_t node);
   /// If memory is full, drops all forms and interpolated answers, so that rows have room.

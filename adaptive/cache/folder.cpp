@@ -1,6 +1,4 @@
 // A folder of caches with one slice each.
-#include "tress/adaptive/cache_folder.h"
-
 #include <algorithm>
 #include <cstdlib>
 #include <memory>
@@ -10,6 +8,7 @@
 #include <utility>
 
 #include "base/save_lock.h"
+#include "tress/adaptive/cache_folder.h"
 #include "tress/base/replace_file.h"
 
 namespace tress::inline v0_2::adaptive {

@@ -1,0 +1,60 @@
+// Whether a publish would make answers better, by what the pass has asked so far.
+#include <algorithm>
+
+#include "table/table.h"
+
+namespace tress::inline v0_2::adaptive {
+
+bool Service::Table::publish_pays(double share) const {
+  if (!learns_) return false;
+  const bool has_room = bytes_ < options_.memory_bytes;
+  std::uint64_t queries = answered_queries_.sum() + unindexed_queries_.sum(), waiting = 0;
+  for (SliceId id = 0; id < rows_.slice_count(); ++id) {
+    const Slice& slice = rows_.slice(id);
+    if (!slice.has_index()) continue;
+    if (slice.is_sampled()) {
+      if (samples_pay(id, share)) return true;
+      continue;
+    }
+    for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
+      const Slot& slot = slice.slots[n];
+      const std::uint32_t in_all = slot.queries.load(std::memory_order_relaxed),
+                          asked = in_all - slice.queries_before[n];
+      queries += asked;
+      const bool is_learned = slot.row == Slot::no_row ? has_room && in_all >= options_.queries_before_creation
+                                                       : rows_.state_of(rows_[slot.row]) == RowState::open;
+      if (is_learned) waiting += asked;
+    }
+  }
+  return waiting > 0 && static_cast<double>(waiting) >= share * static_cast<double>(queries);
+}
+
+bool Service::Table::samples_pay(SliceId id, double share) const {
+  if (!options_.own_paths) return true;  // rows grow by what was heard
+  const Slice& slice = rows_.slice(id);
+  const std::size_t finest = slice.levels.coarse();
+  double asked = 0, waiting = 0;
+  for (std::size_t level = 0; level <= finest; ++level) {
+    const std::vector<double> events = gathered_events(slice, level);
+    const bool to_epsilon = level == finest && learns_to_epsilon();
+    for (std::uint32_t n = 0; n < events.size(); ++n) {
+      const Slot& slot = slice.slots[n];
+      if (!slice.levels.has(level, n) || slot.is_refused()) continue;
+      const RibbonAnswer* answer = slot.ribbons();
+      if (level == finest) asked += events[n];
+      if (to_epsilon && answer != nullptr && answer->has_converged) continue;
+      // Rows of a coarse level grow once one has twice the events that it needs.
+      const std::uint32_t wanted = wanted_paths(id, level, level < finest ? events[n] / 2 : events[n]);
+      const bool grows = to_epsilon && answer != nullptr
+          ? wanted != 0 && answer->paths<most_paths() : wanted>(answer != nullptr ? answer->paths : 0);
+      if (!grows) continue;
+      if (level < finest) return true;
+      waiting += events[n];
+    }
+  }
+  return waiting > 0 && waiting >= share * asked;
+}
+
+bool Service::publish_pays(double share) const { return table_->publish_pays(share); }
+
+}  // namespace tress::inline v0_2::adaptive
