@@ -103,7 +103,8 @@ void Service::Table::note_invalid_exits(const Row& row, std::uint64_t paths) {
        "another at node " + std::to_string(row.node) + " of slice " + std::to_string(row.slice)});
 }
 
-Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t paths, const RibbonAnswer* parent) const {
+Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t paths, bool to_epsilon,
+                                             const RibbonAnswer* parent) const {
   const Slice& of = rows_.slice(row.slice);
   const SliceDescription& slice = of.description;
   const float a = of.a_of(row.node), b = of.b_of(row.node);
@@ -143,7 +144,7 @@ Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t path
     answer->row = staged.row;
     answer->paths = had = paths;
     paths = stage_after(paths);
-    if (!learns_to_epsilon() || answer->has_converged || paths == 0) break;
+    if (!to_epsilon || answer->has_converged || paths == 0) break;
   }
   outcome.ribbons = std::move(answer);
   return outcome;
@@ -246,23 +247,24 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
   std::vector<Growth> growths;
   // What was made of a coarse row for the nodes around it is freed when it grows. So the rows of a coarse level grow
   // together, once one of them has twice the events that it needs.
-  bool is_time = level == slice.levels.coarse();
+  const bool is_own = level == slice.levels.coarse(), to_epsilon = is_own && learns_to_epsilon();
+  bool is_time = is_own;
   for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
     if (!slice.levels.has(level, n)) continue;
     const Slot& slot = slice.slots[n];
     if (slot.is_refused()) continue;
     const RibbonAnswer* answer = slot.ribbons();
     std::uint32_t wanted = wanted_paths(id, level, events[n]);
-    if (!options_.own_paths && level == slice.levels.coarse()) {
+    if (!options_.own_paths && is_own) {
       for (const std::uint32_t stage : heard_stages) wanted = slice.heard.at(n).size() >= stage ? stage : wanted;
     }
-    if (learns_to_epsilon() && answer != nullptr && wanted != 0) wanted = stage_after(answer->paths);
+    if (to_epsilon && answer != nullptr && wanted != 0) wanted = stage_after(answer->paths);
     if (again[n] != 0 && answer == nullptr)
-      wanted = learns_to_epsilon() ? sampled_stages.front() : std::max(wanted, again[n]);
-    const bool may_grow = answer == nullptr || !learns_to_epsilon() || !answer->has_converged;
+      wanted = to_epsilon ? sampled_stages.front() : std::max(wanted, again[n]);
+    const bool may_grow = answer == nullptr || !to_epsilon || !answer->has_converged;
     const std::uint32_t had = answer != nullptr ? answer->paths : 0;
     if (!may_grow || wanted <= had) continue;
-    is_time = is_time || again[n] != 0 || learns_to_epsilon() || wanted_paths(id, level, events[n] / 2) > had;
+    is_time = is_time || again[n] != 0 || to_epsilon || wanted_paths(id, level, events[n] / 2) > had;
     growths.push_back({n, wanted, slice.light_at(n), events[n]});
   }
   if (!is_time) return;
@@ -300,7 +302,7 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
     const Row& row = rows_[slice.slots[one.node].row];
     SampledAnswer parent;
     if (slice.slots[one.node].ribbons() == nullptr) parent = answer_of(slice, one.node, level);
-    outcomes[i] = learn(row, one.paths, parent.answer);
+    outcomes[i] = learn(row, one.paths, to_epsilon, parent.answer);
   });
   for (std::size_t i = 0; i < growths.size(); ++i) {
     Row& row = rows_[slice.slots[growths[i].node].row];

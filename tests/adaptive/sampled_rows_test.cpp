@@ -391,6 +391,24 @@ TEST(SampledRows, BecomeFinerAndGetPathsWhereEventsAre) {
   EXPECT_EQ(service.publish().g_evaluations, 0u);
 }
 
+// With an epsilon to reach, coarse rows answer until rows of their own are learned, and are not held to it.
+TEST(SampledRows, LearnToEpsilonOnlyWhereTheyAreAsked) {
+  const MovingLobes target;
+  Options options;
+  options.learns_to_epsilon = true;
+  Service service(options, target);
+  const SliceId slice = *service.add_slice(graded_slice());
+  service.prepare();
+  EXPECT_EQ(service.publish().newly_converged, 0u);
+  service.credit(service.look_up(slice, 4, 8), 0, options.queries_before_creation);  // a coarse node
+  service.credit(service.look_up(slice, 3, 5), 0, options.queries_before_creation);
+  EXPECT_EQ(service.publish().newly_converged, 2u);
+  EXPECT_EQ(service.peek(slice, 4, 8).state, RowState::converged);
+  EXPECT_EQ(service.peek(slice, 3, 5).state, RowState::converged);
+  EXPECT_EQ(service.peek(slice, 0, 0).state, RowState::open);
+  EXPECT_EQ(service.peek(slice, 0, 0).paths, 512u);
+}
+
 TEST(SampledRows, OfACoarseLevelGrowTogether) {
   const MovingLobes target;
   Service service(Options{}, target);
