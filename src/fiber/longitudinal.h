@@ -16,6 +16,9 @@ constexpr float half_pi = 0x1.921fb4p+0f;
 /// Smallest logistic scale in theta_h, radians: 0.25 degree.
 constexpr float smallest_lambda = 0.0043633231f;
 
+/// The logistic scale of a LongitudinalLobe whose Cauchy law has the scale 1: 1/(2 acosh(sqrt 2)).
+constexpr float lambda_of_cauchy = 0.56729633f;
+
 /// M(theta_i) = 1/2 l(theta_h; tilt, width) / (F(b) - F(a)), theta_h = (theta_i + theta_r)/2, a, b = (-+pi/2 +
 /// theta_r)/2, where l and F are density and distribution of the law. M is a density in dtheta_i of mass 1 over [-pi/2,
 /// pi/2]. All laws have the half width at half maximum of the logistic of scale lambda, 2 acosh(sqrt 2) lambda = 1.763
@@ -102,7 +105,7 @@ class LongitudinalLobe {
   static float inverse_width_factor(LongitudinalShape shape) {
     return shape == LongitudinalShape::logistic   ? 1.0f
            : shape == LongitudinalShape::gaussian ? 0.66794038f
-                                                  : 0.56729633f;
+                                                  : lambda_of_cauchy;
   }
   /// Returns (theta_h - tilt) in widths.
   float scaled(float theta_i) const { return theta_i * slope_ + shift_; }

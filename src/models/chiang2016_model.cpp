@@ -16,12 +16,11 @@
 #include "fiber/fiber_ids.h"
 #include "fiber/lobe_widths.h"
 #include "models/lobes/energy_conserving_lobe.h"
+#include "models/lobes/lobe_choice.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::inline v0_2::fiber {
 namespace {
-
-constexpr float smallest_pdf = 1e-30f;  // pdf if every lobe has underflowed; S is 0 there
 
 /// The lobes by order p; the last is everything after TRT.
 constexpr std::array<Lobe, 4> lobes{Lobe::r, Lobe::tt, Lobe::trt, Lobe::residual};

@@ -20,6 +20,7 @@
 #include "fiber/fiber_ids.h"
 #include "fiber/lobe_widths.h"
 #include "models/lobes/energy_conserving_lobe.h"
+#include "models/lobes/lobe_choice.h"
 #include "references/models/deon2011_azimuth.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/base/random.h"
@@ -28,7 +29,6 @@ namespace tress::inline v0_2::fiber {
 namespace {
 
 constexpr float largest_blur = 0.25f * pi_f;
-constexpr float smallest_pdf = 1e-30f;  // where every lobe has underflowed; S is 0 there
 constexpr float least_energy = 1e-20f;  // of a lobe, luminance: below, it is 0
 constexpr auto residual = static_cast<std::size_t>(Lobe::residual);
 

@@ -16,14 +16,13 @@
 #include "fiber/fiber_ids.h"
 #include "fiber/longitudinal.h"
 #include "fiber/row_axes.h"
+#include "models/lobes/lobe_choice.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr float least_density = 1e-30f;               // where every lobe has underflowed
 constexpr std::size_t r = 0, tt = 1, lobe_kinds = 3;  // then TRT
-constexpr float lambda_of_cauchy = 0.56729633f;       // as in ou2012.cpp
 constexpr float any_azimuth = 0.1f;                   // share of the draws of TT
 constexpr int energy_steps = 48, energy_points = 48;
 using ByLobe = std::array<glm::vec3, lobe_kinds>;
@@ -152,20 +151,14 @@ class Deon2022 final : public FiberModel {
       event.energy[p] = parameters.gain[p] * ((1 - part) * table[i][p] + part * table[i + 1][p]);
       sum += event.selection[p] = luminance(event.energy[p]);
     }
-    if (!(sum > least_density)) event.selection[r] = sum = 1;
+    if (!(sum > smallest_pdf)) event.selection[r] = sum = 1;
     for (std::size_t p = 0; p < lobe_kinds; ++p) event.selection[p] /= sum;
     return event;
   }
 
   FiberSample sample_event(const FiberEvent& event, const std::array<float, 4>& u) const override {
     const Deon2022Draws& draws = constants_in<Deon2022Draws>(event);
-    std::size_t p = 0;
-    float below = 0;
-    for (std::size_t k = 0; k < lobe_kinds; ++k) {
-      if (!(event.selection[k] > 0)) continue;
-      p = k;
-      if (u[0] < (below += event.selection[k])) break;
-    }
+    const std::size_t p = choose_lobe(event, u[0]);
     FiberSample sample;
     sample.lobe = static_cast<Lobe>(p);
     const float phi =
@@ -236,7 +229,7 @@ class Deon2022 final : public FiberModel {
       if (event.selection[p] > 0)
         value.pdf += event.selection[p] * azimuthal[p] * proposal(event, p, phi).density(wi.theta);
     }
-    value.pdf = std::max(value.pdf, least_density);
+    value.pdf = std::max(value.pdf, smallest_pdf);
     return value;
   }
 

@@ -8,13 +8,13 @@
 
 #include "base/float4.h"
 #include "fiber/lobe_widths.h"
+#include "models/lobes/lobe_choice.h"
 #include "references/models/marschner_table.h"
 #include "tress/fiber/fiber_model.h"
 
 namespace tress::inline v0_2::fiber {
 
 /// Where every lobe has underflowed; S is 0 there.
-constexpr float smallest_pdf = 1e-30f;
 
 /// By MarschnerLobe: whose gain and place in FiberEvent::selection a lobe has.
 constexpr std::array<Lobe, marschner_lobes> own_lobes{Lobe::r, Lobe::tt, Lobe::trt, Lobe::glint};

@@ -19,19 +19,16 @@
 #include "fiber/longitudinal.h"
 #include "fiber/reflection.h"
 #include "fiber/surface_fresnel.h"
+#include "models/lobes/lobe_choice.h"
 #include "references/models/ou2012_lobes.h"
 #include "tress/adaptive/mixture.h"
 
 namespace tress::inline v0_2::fiber {
 namespace {
 
-constexpr float smallest_pdf = 1e-30f;  // where every lobe has underflowed
 constexpr std::size_t r = 0, tt = 1, trt = 2, glint = 3;
 constexpr std::array<Lobe, 4> lobes{Lobe::r, Lobe::tt, Lobe::trt, Lobe::glint};
 constexpr std::size_t lobe_of(std::size_t p) { return static_cast<std::size_t>(lobes[p]); }
-
-/// Logistic scale over the scale of a Cauchy law in LongitudinalLobe: 1/(2 acosh(sqrt 2)).
-constexpr float lambda_of_cauchy = 0.56729633f;
 
 float half_cosine(float phi) { return std::max(std::cos(0.5f * phi), 0.0f); }
 
