@@ -93,23 +93,40 @@ def with_error(value, without):
     return {"value": float(value), "standard_error": float(((n - 1) / n * ((without - without.mean()) ** 2).sum()) ** 0.5)}
 
 
+def plain(name):
+    return name.replace(" ", "_").replace(",", "").replace(".", "_")
+
+
+def rendered(run, scene, name, samples, seeds, *flags):
+    """Renders of `rough`, a seed each."""
+    renders = Renders()
+    for seed in seeds:
+        renders.add(run.render(scene, name, "--model", "rough", "--spp", samples, "--layers", "beauty", *flags, seed=seed), samples)
+    return renders
+
+
+def traced(run, scene, name, size, options):
+    return rendered(run, scene, f"{plain(name)}_truth", 4 * options.spp, range(101, 101 + options.truth), "--resolution", size,
+                    "--table-memory", 0)
+
+
 def measure(run, name, options):
     groom, color, environment = SCENES[name]
     scene = scene_of(run, groom, color, environment)
     if not scene:
         return None
-    size, plain = pictures.size_of(groom, False), name.replace(" ", "_").replace(",", "").replace(".", "_")
+    size = pictures.size_of(groom, False)
     models, caches = {"elliptical": Renders(), "rough": Renders()}, {}
     more = {"elliptical": [], "rough": options.flags}
     for model in models:
-        caches[model] = run.path(f"{plain}_{model}.cache")
+        caches[model] = run.path(f"{plain(name)}_{model}.cache")
         if os.path.exists(caches[model]):
             os.remove(caches[model])
-        run.render(scene, f"{plain}_{model}_taught", "--model", model, "--resolution", size, "--spp", 32, "--warm-cache", caches[model],
+        run.render(scene, f"{plain(name)}_{model}_taught", "--model", model, "--resolution", size, "--spp", 32, "--warm-cache", caches[model],
                    *more[model], seed=9000)
     for seed in range(1, options.seeds + 1):
         for model, renders in models.items():
-            renders.add(run.render(scene, f"{plain}_{model}", "--model", model, "--resolution", size, "--spp", options.spp, "--warm-cache",
+            renders.add(run.render(scene, f"{plain(name)}_{model}", "--model", model, "--resolution", size, "--spp", options.spp, "--warm-cache",
                                    caches[model], "--cache-mode", "frozen", "--layers", "beauty", *more[model], seed=seed), options.spp)
     a, b = models["rough"], models["elliptical"]
     whole = [renders.cost(options.spp) for renders in (a, b)]
@@ -118,11 +135,7 @@ def measure(run, name, options):
     for i, quantity in enumerate(("time_to_5_percent", "noise_squared", "time_a_sample")):
         found[quantity] = with_error(whole[0][i] / whole[1][i], [one[i] / other[i] for one, other in parts])
     if options.truth > 0:
-        truth = Renders()
-        for seed in range(1, options.truth + 1):
-            truth.add(run.render(scene, f"{plain}_truth", "--model", "rough", "--resolution", size, "--spp", 4 * options.spp,
-                                 "--warm-cache", caches["elliptical"], "--cache-mode", "frozen", "--layers", "beauty", seed=100 + seed),
-                      4 * options.spp)
+        truth = traced(run, scene, name, size, options)
         for model, renders in models.items():
             found[model + "_error"] = with_error(error_of(renders, truth),
                                                  [error_of(renders, truth, None, k) for k in range(options.truth)])
@@ -135,17 +148,9 @@ def measure_cold(run, name, options):
     scene = scene_of(run, groom, color, environment)
     if not scene:
         return None
-    plain = name.replace(" ", "_").replace(",", "").replace(".", "_")
-
-    def rendered(kind, samples, seeds, *flags):
-        renders = Renders()
-        for seed in seeds:
-            renders.add(run.render(scene, f"{plain}_{kind}", "--model", "rough", "--resolution", pictures.size_of(groom, False), "--spp",
-                                   samples, "--layers", "beauty", *flags, seed=seed), samples)
-        return renders
-
-    truth = rendered("traced", 4 * options.spp, range(101, 101 + options.truth), "--table-memory", 0)
-    cold = rendered("cold", options.spp, range(1, 1 + options.seeds), *options.flags)
+    size = pictures.size_of(groom, False)
+    truth = traced(run, scene, name, size, options)
+    cold = rendered(run, scene, f"{plain(name)}_cold", options.spp, range(1, 1 + options.seeds), "--resolution", size, *options.flags)
     mean = coarse(truth).mean(axis=0)
     lit = mean.mean(axis=-1) > 1e-3 * mean.max()
 
@@ -165,7 +170,7 @@ def measure_cold(run, name, options):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", nargs="?", default=os.path.join(ROOT, "build", "release"))
-    parser.add_argument("-o", "--output", default=os.path.join(ROOT, "bench", "results", "default_model.json"))
+    parser.add_argument("-o", "--output", help="bench/results/default_model.json; build/default_model/cold.json by --cold")
     parser.add_argument("--spp", type=int, default=16)
     parser.add_argument("--seeds", type=int, default=12)
     parser.add_argument("--truth", type=int, default=4)
@@ -173,6 +178,9 @@ def main():
     parser.add_argument("--cold", action="store_true")
     parser.add_argument("flags", nargs="*", help="after --")
     options = parser.parse_args()
+    if not options.output:
+        options.output = os.path.join(ROOT, *(["build", "default_model", "cold.json"] if options.cold else
+                                              ["bench", "results", "default_model.json"]))
     run = charts.Run(os.path.join(os.path.abspath(options.build), "tress"), os.path.join(ROOT, "build", "default_model"))
     scenes = []
     for name in options.only or SCENES:
@@ -181,7 +189,7 @@ def main():
             continue
         scenes.append(found)
         shown = {key: f"{value['value']:.3f} +- {value['standard_error']:.3f}" for key, value in found.items() if "standard_error" in str(value)}
-        print(name, shown, {key: value for key, value in found.items() if key.endswith("brightness")}, flush=True)
+        print(name, shown, {key: value for key, value in found.items() if key.endswith("_brightness")}, flush=True)
         with open(options.output, "w") as out:
             json.dump({"context": charts.context(run), "scenes": scenes}, out, indent=1)
             out.write("\n")
