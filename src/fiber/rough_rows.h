@@ -53,7 +53,8 @@ std::unique_ptr<adaptive::SampledTarget> make_rough_target();
 int coarse_azimuth_step(float eccentricity);
 
 /// The slice of a fiber. axis_a is theta_r: 0 to 85 degrees in steps of 5, and 87.5, of both signs if there is a tilt.
-/// axis_b is phi_r: 0 to 90 degrees in steps of 7.5, only 0 for a round fiber.
+/// axis_b is phi_r: 0 to 90 degrees in steps of 7.5, only 0 for a round fiber. Its one coarse grid has theta_r 0, 20,
+/// 40, 50, 60, 70, 75, 80 and 87.5 degrees, of both signs if axis_a is, and every coarse_azimuth_step() of axis_b.
 adaptive::SliceDescription rough_slice(const FiberParameters& fiber);
 
 /// A node, and the conversion of directions to its coordinates.
