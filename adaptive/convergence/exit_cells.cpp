@@ -20,83 +20,121 @@ namespace HWY_NAMESPACE {
 
 using I = hn::Vec<Integers>;
 
-HWY_INLINE F Number(float x) { return hn::Set(Floats(), x); }
-HWY_INLINE F Clamped(F x) { return hn::Min(hn::Max(x, Number(0)), Number(1)); }
+HWY_INLINE W Number(float x) { return hn::Set(Wide(), x); }
+HWY_INLINE W Clamped(W x) { return hn::Min(hn::Max(x, Number(0)), Number(1)); }
 
 // erfc(x), x >= 0, error 2e-7 (Abramowitz and Stegun 7.1.26).
-HWY_INLINE F Beyond(F x) {
-  const F t = hn::Div(Number(1), hn::MulAdd(Number(0.3275911f), x, Number(1)));
-  F p = Number(1.061405429f);
+HWY_INLINE W Beyond(W x) {
+  const W t = hn::Div(Number(1), hn::MulAdd(Number(0.3275911f), x, Number(1)));
+  W p = Number(1.061405429f);
   p = hn::MulAdd(p, t, Number(-1.453152027f));
   p = hn::MulAdd(p, t, Number(1.421413741f));
   p = hn::MulAdd(p, t, Number(-0.284496736f));
   p = hn::MulAdd(p, t, Number(0.254829592f));
-  return hn::Mul(hn::Mul(p, t), ExpOf(hn::Neg(hn::Mul(x, x))));
+  return hn::Mul(hn::Mul(p, t), WideExpOf(hn::Neg(hn::Mul(x, x))));
 }
 
 // A layer at an exit: its mass below x, its density at x, and the part of that density below t.
 struct LayerShares {
-  F below_azimuth, density, below_height;
+  W below_azimuth, density, below_height;
 };
 
-HWY_INLINE LayerShares At(const CellTables::Segment* segments, I segment, Mask normal, F x, F t) {
-  const Floats d;
-  const auto fields = hn::Mul(segment, hn::Set(Integers(), sizeof(CellTables::Segment) / sizeof(float)));
-  const auto field = [&](const float CellTables::Segment::* which)
-                         HWY_ATTR { return hn::GatherIndex(d, &(segments->*which), fields); };
+// read(field): that field of the segment of each exit.
+template <class Read>
+HWY_INLINE LayerShares SharesBy(Read field, WideMask normal, W x, W t) {
+  const Wide d;
   using S = CellTables::Segment;
-  const F s = Clamped(hn::Mul(hn::Sub(x, field(&S::x0)), field(&S::inverse_width)));
+  const W s = Clamped(hn::Mul(hn::Sub(x, field(&S::x0)), field(&S::inverse_width)));
   const auto line = [&](const float S::* from, const float S::* more)
                         HWY_ATTR { return hn::MulAdd(s, field(more), field(from)); };
   LayerShares at;
-  const F density = field(&S::density), more = field(&S::more_density);
+  const W density = field(&S::density), more = field(&S::more_density);
   at.density = hn::MulAdd(s, more, density);
-  const F mean = hn::MulAdd(hn::Mul(Number(0.5f), s), more, density);
+  const W mean = hn::MulAdd(hn::Mul(Number(0.5f), s), more, density);
   at.below_azimuth = hn::MulAdd(hn::Mul(field(&S::width), s), mean, field(&S::below));
-  const F scale_below = line(&S::scale_below, &S::more_below), scale_above = line(&S::scale_above, &S::more_above);
-  const F away = hn::Sub(t, line(&S::mode, &S::more_mode));
-  const Mask is_below = hn::Lt(away, hn::Zero(d));
-  const F side = hn::IfThenElse(is_below, scale_below, scale_above);
-  const F z = hn::Min(hn::Div(hn::Abs(away), side), Number(80));
-  const F e = ExpOf(hn::Neg(z)), logistic = hn::Div(hn::Add(e, e), hn::Add(Number(1), e));
-  const F beyond = hn::IfThenElse(
-      normal, Beyond(hn::Mul(hn::Min(z, Number(12)), Number(std::numbers::sqrt2_v<float> / 2))), logistic);
-  const F share = hn::Mul(beyond, hn::Div(side, hn::Add(scale_below, scale_above)));
+  const W scale_below = line(&S::scale_below, &S::more_below), scale_above = line(&S::scale_above, &S::more_above);
+  const W away = hn::Sub(t, line(&S::mode, &S::more_mode));
+  const WideMask is_below = hn::Lt(away, hn::Zero(d));
+  const W side = hn::IfThenElse(is_below, scale_below, scale_above);
+  const W z = hn::Min(hn::Div(hn::Abs(away), side), Number(80));
+  W beyond = z;
+  if (!hn::AllTrue(d, normal)) {
+    const W e = WideExpOf(hn::Neg(z));
+    beyond = hn::Div(hn::Add(e, e), hn::Add(Number(1), e));
+  }
+  if (!hn::AllFalse(d, normal)) {
+    const W by_normal = Beyond(hn::Mul(hn::Min(z, Number(12)), Number(std::numbers::sqrt2_v<float> / 2)));
+    beyond = hn::IfThenElse(normal, by_normal, beyond);
+  }
+  const W share = hn::Mul(beyond, hn::Div(side, hn::Add(scale_below, scale_above)));
   at.below_height = hn::Mul(at.density, hn::IfThenElse(is_below, share, hn::Sub(Number(1), share)));
   return at;
 }
 
-HWY_INLINE I Cell(F share, std::int32_t cells) {
+HWY_INLINE LayerShares At(const CellTables::Segment* segments, I segment, WideMask normal, W x, W t) {
+  const Wide d;
+  const CellTables::Segment& first = segments[hn::GetLane(segment)];
+  if (hn::AllTrue(Integers(), hn::Eq(segment, hn::Set(Integers(), hn::GetLane(segment))))) {  // many are sorted
+    const auto field = [&](const float CellTables::Segment::* which) HWY_ATTR { return hn::Set(d, first.*which); };
+    return SharesBy(field, normal, x, t);
+  }
+  const auto fields = hn::Mul(segment, hn::Set(Integers(), sizeof(CellTables::Segment) / sizeof(float)));
+  const auto field = [&](const float CellTables::Segment::* which)
+                         HWY_ATTR { return hn::GatherIndex(d, &(segments->*which), fields); };
+  return SharesBy(field, normal, x, t);
+}
+
+HWY_INLINE I Cell(W share, std::int32_t cells) {
   const Integers i;
   const I at = hn::ConvertTo(i, hn::Mul(share, Number(static_cast<float>(cells))));
   return hn::Min(at, hn::Set(i, cells - 1));
 }
 
+// Finds the main segments of exits; those of a part follow those of the parts before it.
+HWY_INLINE I MainSegments(const CellTables& tables, I part, W x) {
+  const Wide d;
+  const Integers i;
+  const I first = hn::ShiftLeft<5>(part);  // Ribbon::main_knots are 32
+  I knot = hn::Zero(i);
+  for (std::int32_t step = Ribbon::main_knots / 2; step > 0; step /= 2) {
+    const I further = hn::Add(knot, hn::Set(i, step));
+    const WideMask is_there = hn::Ge(x, hn::GatherIndex(d, tables.azimuth.data(), hn::Add(first, further)));
+    knot = hn::IfThenElse(hn::RebindMask(i, is_there), further, knot);
+  }
+  const WideMask before_first = hn::Lt(x, hn::GatherIndex(d, tables.azimuth.data(), first));
+  knot = hn::IfThenElse(hn::RebindMask(i, before_first), hn::Set(i, Ribbon::main_knots), knot);
+  return hn::Add(hn::Add(first, part), knot);
+}
+
 void FindCells(const CellTables& tables, std::int32_t us, std::int32_t vs, std::size_t n, const float* xs,
                const float* ts, const std::int32_t* parts, std::int32_t* cells) {
-  const Floats d;
+  const Wide d;
   const Integers i;
+  std::int32_t last_part = -1, last = 0;  // of the exit before: the next ones are often in the same segment
+  float from = 0, to = 0;
   for (std::size_t at = 0; at < n; at += hn::Lanes(d)) {
-    const F x = hn::LoadU(d, xs + at), t = hn::LoadU(d, ts + at);
+    const W x = hn::LoadU(d, xs + at), t = hn::LoadU(d, ts + at);
     const I part = hn::LoadU(i, parts + at);
-    const I first = hn::ShiftLeft<5>(part);  // Ribbon::main_knots are 32
-    I knot = hn::Zero(i);
-    for (std::int32_t step = Ribbon::main_knots / 2; step > 0; step /= 2) {
-      const I further = hn::Add(knot, hn::Set(i, step));
-      const Mask is_there = hn::Ge(x, hn::GatherIndex(d, tables.azimuth.data(), hn::Add(first, further)));
-      knot = hn::IfThenElse(hn::RebindMask(i, is_there), further, knot);
+    I segment = hn::Set(i, last);
+    if (!hn::AllTrue(i, hn::Eq(part, hn::Set(i, last_part))) ||
+        !hn::AllTrue(d, hn::And(hn::Ge(x, hn::Set(d, from)), hn::Lt(x, hn::Set(d, to))))) {
+      segment = MainSegments(tables, part, x);
+      alignas(64) std::int32_t of_exit[16];
+      hn::Store(segment, i, of_exit);
+      last = of_exit[hn::Lanes(d) - 1];
+      last_part = parts[at + hn::Lanes(d) - 1];
+      const auto [begin, end] = tables.ends(last_part, last);
+      from = begin, to = end;
     }
-    const Mask before_first = hn::Lt(x, hn::GatherIndex(d, tables.azimuth.data(), first));
-    knot = hn::IfThenElse(hn::RebindMask(i, before_first), hn::Set(i, Ribbon::main_knots), knot);
-    const Mask normal = hn::Gt(hn::GatherIndex(d, tables.is_normal.data(), part), Number(0.5f));
-    const LayerShares main = At(tables.main.data(), hn::Add(hn::Add(first, part), knot), normal, x, t);
-    const F turn = hn::Mul(hn::Add(x, Number(pi_f)), Number(Ribbon::broad_knots / two_pi_f));
+    const WideMask normal = hn::Gt(hn::GatherIndex(d, tables.is_normal.data(), part), Number(0.5f));
+    const LayerShares main = At(tables.main.data(), segment, normal, x, t);
+    const W turn = hn::Mul(hn::Add(x, Number(pi_f)), Number(Ribbon::broad_knots / two_pi_f));
     const I broad_knot = hn::Min(hn::ConvertTo(i, turn), hn::Set(i, Ribbon::broad_knots - 1));
     const LayerShares broad =
         At(tables.broad.data(), hn::Add(hn::ShiftLeft<3>(part), broad_knot), hn::MaskFromVec(hn::Zero(d)), x, t);
-    const F u = Clamped(hn::Add(main.below_azimuth, broad.below_azimuth));
-    const F all = hn::Add(main.density, broad.density), below = hn::Add(main.below_height, broad.below_height);
-    const F v = hn::IfThenElse(hn::Gt(all, hn::Zero(d)), Clamped(hn::Div(below, all)), Number(0.5f));
+    const W u = Clamped(hn::Add(main.below_azimuth, broad.below_azimuth));
+    const W all = hn::Add(main.density, broad.density), below = hn::Add(main.below_height, broad.below_height);
+    const W v = hn::IfThenElse(hn::Gt(all, hn::Zero(d)), Clamped(hn::Div(below, all)), Number(0.5f));
     const I of_part = hn::Mul(part, hn::Set(i, us * vs));
     hn::StoreU(hn::Add(of_part, hn::Add(hn::Mul(Cell(u, us), hn::Set(i, vs)), Cell(v, vs))), i, cells + at);
   }
@@ -153,6 +191,13 @@ void write_segments(std::span<const RibbonKnot> knots, std::span<CellTables::Seg
 }
 
 }  // namespace
+
+std::array<float, 2> CellTables::ends(std::int32_t part, std::int32_t segment) const {
+  const auto p = static_cast<std::size_t>(part), k = static_cast<std::size_t>(segment) - p * main_segments;
+  const auto knots = std::span(azimuth).subspan(p * Ribbon::main_knots, Ribbon::main_knots);
+  if (k == knots.size()) return {-HUGE_VALF, knots[0]};
+  return {knots[k], k + 1 < knots.size() ? knots[k + 1] : HUGE_VALF};
+}
 
 void CellTables::set(std::size_t part, const Ribbon& ribbon) {
   for (std::size_t k = 0; k < Ribbon::main_knots; ++k) {

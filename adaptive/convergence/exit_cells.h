@@ -25,10 +25,12 @@ struct CellTables {
   std::array<float, parts> is_normal{};  ///< 1 if the main layer's heights are normally distributed, else 0
 
   void set(std::size_t part, const Ribbon& ribbon);
+  /// The azimuths where a main segment, counted over all parts, begins and ends.
+  std::array<float, 2> ends(std::int32_t part, std::int32_t segment) const;
 };
 
 /// Finds the cell of each exit, floor(us u) vs + floor(vs v), with (u, v) as in Ribbon::cdf() to 1e-6. The cells of a
-/// part follow those of the parts before it. x in [-pi, pi). All arrays have a multiple of eight elements.
+/// part follow those of the parts before it. x in [-pi, pi). All arrays have a multiple of 16 elements.
 void find_cells(const CellTables& tables, std::int32_t us, std::int32_t vs, std::size_t n, const float* x,
                 const float* t, const std::int32_t* part, std::int32_t* cell);
 

@@ -12,6 +12,8 @@ namespace {
 /// sets. The sets alone say almost nothing about a cell that few exits meet.
 constexpr double pooled_freedom = 9;
 
+constexpr std::size_t whole_blocks(std::size_t n) { return (n + 15) / 16 * 16; }
+
 }  // namespace
 
 HeldOutTest::HeldOutTest(const RibbonRow& row) {
@@ -24,7 +26,6 @@ HeldOutTest::HeldOutTest(const RibbonRow& row) {
 }
 
 void HeldOutTest::add(std::size_t set, std::span<const SampledExit> exits) {
-  constexpr std::size_t at_once = 64;
   std::array<float, at_once> x{}, t{};
   std::array<std::int32_t, at_once> part{}, cell;
   for (std::size_t first = 0; first < exits.size(); first += at_once) {
@@ -35,10 +36,28 @@ void HeldOutTest::add(std::size_t set, std::span<const SampledExit> exits) {
       t[i] = exit.height;
       part[i] = static_cast<std::int32_t>(exit.part);
     }
-    find_cells(tables_, cells_u, cells_v, (n + 7) / 8 * 8, x.data(), t.data(), part.data(), cell.data());
+    find_cells(tables_, cells_u, cells_v, whole_blocks(n), x.data(), t.data(), part.data(), cell.data());
     for (std::size_t i = 0; i < n; ++i) {
       observed_[set][static_cast<std::size_t>(cell[i])] += static_cast<double>(exits[first + i].weight);
     }
+  }
+}
+
+void HeldOutTest::add(std::uint32_t part, const Columns& exits) {
+  std::array<std::int32_t, at_once> parts, cell;
+  parts.fill(static_cast<std::int32_t>(part));
+  std::array<std::array<double, cells>, sets + 1> found{};  // the last is left out
+  for (std::size_t first = 0; first < exits.azimuth.size(); first += at_once) {
+    const std::size_t n = std::min(at_once, exits.azimuth.size() - first);
+    find_cells(tables_, cells_u, cells_v, whole_blocks(n), exits.azimuth.data() + first, exits.height.data() + first,
+               parts.data(), cell.data());
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t set = std::min<std::size_t>(exits.set[first + i], sets);
+      found[set][static_cast<std::size_t>(cell[i]) - part * cells] += static_cast<double>(exits.weight[first + i]);
+    }
+  }
+  for (std::size_t set = 0; set < sets; ++set) {
+    for (std::size_t i = 0; i < cells; ++i) observed_[set][part * cells + i] += exits.unit * found[set][i];
   }
 }
 

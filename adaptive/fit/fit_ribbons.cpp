@@ -48,7 +48,7 @@ class Fitter {
       cut_pieces(thin);
       move(thin, rule_.thin_rounds);
       for (std::size_t p = 0; p < parts; ++p) {
-        if (has_light(p)) keep_only(likeliest(thin, p).lane, p);
+        if (has_light(p)) keep_only(likeliest(thin, p), p);
       }
       cut_pieces(exits_);
     }
@@ -56,10 +56,7 @@ class Fitter {
     match_directions(lanes_, harmonics_, wanted_directions());
     FittedRibbons fitted;
     for (std::size_t p = 0; p < parts; ++p) {
-      if (!has_light(p)) continue;
-      const Likeliest best = likeliest(exits_, p);
-      fitted.log_likelihood[p] = best.log_likelihood / exits_.part[p].count;
-      fitted.ribbon[p] = ribbon_of(best.lane);
+      if (has_light(p)) fitted.ribbon[p] = ribbon_of(likeliest(exits_, p));
     }
     return fitted;
   }
@@ -68,19 +65,12 @@ class Fitter {
   bool has_light(std::size_t p) const { return exits_.part[p].count > 0; }
   bool starts_from_parent(std::size_t p) const { return rule_.from_parent && parents_[p] != nullptr; }
 
-  struct Likeliest {
-    std::size_t lane;
-    double log_likelihood;
-  };
-  /// The likeliest of the laws of a part that has light.
-  Likeliest likeliest(const RowExits& exits, std::size_t p) const {
-    Likeliest best{p, 0};
-    for (std::size_t lane = p; lane < fit_lanes; lane += parts) {
-      if (!lanes_.active[lane]) continue;
-      const double likelihood = log_likelihood(exits, lanes_, lane);
-      if (!lanes_.active[p] || lane == p || likelihood > best.log_likelihood) best = {lane, likelihood};
-    }
-    return best;
+  /// The lane of the likeliest of the laws of a part that has light.
+  std::size_t likeliest(const RowExits& exits, std::size_t p) const {
+    const std::size_t other = p + parts;
+    if (!lanes_.active[other]) return p;
+    if (!lanes_.active[p]) return other;
+    return log_likelihood(exits, lanes_, other) > log_likelihood(exits, lanes_, p) ? other : p;
   }
   void keep_only(std::size_t kept, std::size_t p) {
     for (std::size_t lane = p; lane < fit_lanes; lane += parts) lanes_.active[lane] = lane == kept;

@@ -33,7 +33,6 @@ struct RibbonFitRule {
 struct FittedRibbons {
   /// The ribbons have decays. A part without light has uniform density.
   std::array<Ribbon, RowExits::most_parts> ribbon;
-  std::array<double, RowExits::most_parts> log_likelihood{};  ///< mean of ln f, weighted as the exits are
 };
 
 /// A parent may be null. The decays of each knot are means over its share of the exits.

@@ -73,14 +73,15 @@ void add_up(RowExits& exits, RowExits::Part& part) {
 
 double RowExits::azimuth(std::uint32_t bin) { return pi * (2 * static_cast<double>(bin) / bins - 1); }
 
-RowExits sort_exits(std::span<const SampledExit> exits, std::uint32_t parts) {
-  RowExits row;
+void sort_exits(std::span<const ExitSet> sets, std::uint32_t parts, RowExits& row) {
+  const auto place_of = [](const SampledExit& exit) {
+    return exit.part * RowExits::bins + bin_of(wrap_angle(exit.azimuth));
+  };
   row.parts = parts;
-  std::vector<std::uint32_t> at(RowExits::most_parts * RowExits::bins, 0), place(exits.size());
-  row.x.resize(exits.size() + RowExits::padding);
-  for (std::size_t i = 0; i < exits.size(); ++i) {
-    place[i] = exits[i].part * RowExits::bins + bin_of(wrap_angle(exits[i].azimuth));
-    ++at[place[i]];
+  row.part = {};
+  std::array<std::uint32_t, RowExits::most_parts * RowExits::bins> at{};
+  for (const ExitSet& set : sets) {
+    for (const SampledExit& exit : set.exits) ++at[place_of(exit)];
   }
   std::uint32_t before = 0;
   for (std::uint32_t p = 0; p < RowExits::most_parts; ++p) {
@@ -90,17 +91,28 @@ RowExits sort_exits(std::span<const SampledExit> exits, std::uint32_t parts) {
     }
     row.part[p].begin.back() = before;
   }
-  for (auto* column : {&row.t, &row.w, &row.decay[0], &row.decay[1]}) column->resize(row.x.size());
-  for (std::size_t j = 0; j < exits.size(); ++j) {
-    const SampledExit& exit = exits[j];
-    const std::uint32_t i = at[place[j]]++;
-    row.x[i] = wrap_angle(exit.azimuth);
-    row.t[i] = std::clamp(exit.height, -farthest, farthest);
-    row.w[i] = exit.weight;
-    row.decay[1][i] = exit.attribute;
+  for (auto* column : {&row.x, &row.t, &row.w, &row.decay[0], &row.decay[1]})
+    column->resize(before + RowExits::padding);
+  row.set.resize(before);
+  for (std::size_t s = 0; s < sets.size(); ++s) {
+    for (std::size_t j = 0; j < sets[s].exits.size(); ++j) {
+      const SampledExit& exit = sets[s].exits[j];
+      const std::uint32_t i = at[place_of(exit)]++;
+      row.x[i] = wrap_angle(exit.azimuth);
+      row.t[i] = std::clamp(exit.height, -farthest, farthest);
+      row.w[i] = exit.weight;
+      row.decay[1][i] = exit.attribute;
+      row.set[i] = j < sets[s].taught ? RowExits::taught : static_cast<std::uint8_t>(s);
+    }
   }
-  write_decays(row.decay[1].data(), exits.size(), row.decay[0].data(), row.decay[1].data());
+  write_decays(row.decay[1].data(), before, row.decay[0].data(), row.decay[1].data());
   for (RowExits::Part& part : row.part) add_up(row, part);
+}
+
+RowExits sort_exits(std::span<const SampledExit> exits, std::uint32_t parts) {
+  RowExits row;
+  const ExitSet all{exits};
+  sort_exits({&all, 1}, parts, row);
   return row;
 }
 

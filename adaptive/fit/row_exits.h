@@ -35,14 +35,23 @@ struct RowExits {
   std::vector<float> t;                         ///< height, within two Ribbon::largest_mode of 0
   std::vector<float> w;                         ///< weight, scaled: the weights of a part add up to its count
   std::array<std::vector<float>, rates> decay;  ///< exp(-rate attribute)
+  std::vector<std::uint8_t> set;                ///< the set from which it comes; `taught` if it taught an earlier row
+  static constexpr std::uint8_t taught = 255;
 
   std::size_t size() const { return x.size() - padding; }
   /// The azimuth where a bin begins; pi for `bins`.
   static double azimuth(std::uint32_t bin);
 };
 
-/// Sorts valid exits (SampledTarget) of parts below `parts`.
-RowExits sort_exits(std::span<const SampledExit> exits, std::uint32_t parts);
+/// The exits of one set of paths.
+struct ExitSet {
+  std::span<const SampledExit> exits;
+  std::size_t taught = 0;  ///< how many of them, at the beginning, taught an earlier row
+};
+
+/// Sorts valid exits (SampledTarget) of parts below `parts`, one set after the other, into memory that is used again.
+void sort_exits(std::span<const ExitSet> sets, std::uint32_t parts, RowExits& row);
+RowExits sort_exits(std::span<const SampledExit> exits, std::uint32_t parts);  ///< one set
 
 /// Returns every fourth exit of each part that has 2,048 or more, and all exits of the other parts. The first rounds of
 /// a fit need no more. Decays are left out, and so are all sums of a part but its count.

@@ -64,7 +64,8 @@ void draw_streams(const adaptive::SliceKey& slice, float a, float b, std::uint64
   const auto sets = static_cast<std::uint32_t>(to.size());
   const float specular = specular_height(a), cos_b = std::cos(b), sin_b = std::sin(b);
   RoughPaths traced(clear_fiber(slice), {roulette_below, to_the_end});
-  std::vector<float> azimuths, heights;
+  // Kept by each thread: new pages cost more time than the paths on them.
+  thread_local std::vector<float> azimuths, heights;
   std::vector<std::size_t> counts(sets);
   for (std::uint32_t done = 0; done < count;) {
     const std::uint32_t from = first + done;
