@@ -1,6 +1,6 @@
 #include "fit/exit_sums.h"
 
-#include <cstdint>
+#include <cstddef>
 
 // foreach_target compiles this once for every instruction set; the first call chooses the machine's.
 #undef HWY_TARGET_INCLUDE
@@ -14,55 +14,71 @@ HWY_BEFORE_NAMESPACE();
 namespace tress::inline v0_2::adaptive {
 namespace HWY_NAMESPACE {
 
-HWY_INLINE F Line(const Lanes& from, const Lanes& to, std::size_t lane, F s) {
-  const Floats d;
+// The half of a vector that holds the exits from half * 8 on. Exits are evaluated up to sixteen at a time, and added up
+// eight at a time.
+#if HWY_MAX_BYTES >= 64
+constexpr std::size_t halves = 2;
+template <std::size_t half>
+HWY_INLINE F Half(W x) {
+  return half == 0 ? hn::LowerHalf(Floats(), x) : hn::UpperHalf(Floats(), x);
+}
+#else
+constexpr std::size_t halves = 1;
+template <std::size_t half>
+HWY_INLINE F Half(W x) {
+  return x;
+}
+#endif
+
+HWY_INLINE W Line(const Lanes& from, const Lanes& to, std::size_t lane, W s) {
+  const Wide d;
   return hn::MulAdd(s, hn::Set(d, to[lane] - from[lane]), hn::Set(d, from[lane]));
 }
 
 // Returns the position along a segment, 0 to 1. An exit beyond its ends belongs to the next piece and has no weight
 // here.
-HWY_INLINE F Along(F x, float x0, float inverse_width) {
-  const Floats d;
-  const F s = hn::Mul(hn::Sub(x, hn::Set(d, x0)), hn::Set(d, inverse_width));
+template <class D>
+HWY_INLINE hn::Vec<D> Along(D d, hn::Vec<D> x, float x0, float inverse_width) {
+  const auto s = hn::Mul(hn::Sub(x, hn::Set(d, x0)), hn::Set(d, inverse_width));
   return hn::Min(hn::Max(s, hn::Zero(d)), hn::Set(d, 1.0f));
 }
 
 // The values of a layer at an exit.
 struct AtExit {
-  F s, density, law;
-  F slope;            // derivative of -ln law by the distance from the mode in scales
-  F distance;         // from the mode, in scales of its side
-  F inverse_side;     // 1/s of that side
-  F inverse_both;     // 1/(s_below + s_above)
-  F inverse_product;  // 1/(s_below s_above)
-  Mask below;
+  W s, density, law;
+  W slope;            // derivative of -ln law by the distance from the mode in scales
+  W distance;         // from the mode, in scales of its side
+  W inverse_side;     // 1/s of that side
+  W inverse_both;     // 1/(s_below + s_above)
+  W inverse_product;  // 1/(s_below s_above)
+  WideMask below;
 };
 
 template <HeightLaw law>
 HWY_INLINE AtExit LayerAt(const KnotLanes& from, const KnotLanes& to, std::size_t lane, float x0, float inverse_width,
-                          F x, F t) {
-  const Floats d;
+                          W x, W t) {
+  const Wide d;
   AtExit at;
-  const F one = hn::Set(d, 1.0f);
-  at.s = Along(x, x0, inverse_width);
+  const W one = hn::Set(d, 1.0f);
+  at.s = Along(d, x, x0, inverse_width);
   at.density = Line(from.density, to.density, lane, at.s);
-  const F scale_below = Line(from.scale_below, to.scale_below, lane, at.s);
-  const F scale_above = Line(from.scale_above, to.scale_above, lane, at.s);
-  const F both = hn::Add(scale_below, scale_above), product = hn::Mul(scale_below, scale_above);
-  const F inverse = hn::Div(one, hn::Mul(both, product));
+  const W scale_below = Line(from.scale_below, to.scale_below, lane, at.s);
+  const W scale_above = Line(from.scale_above, to.scale_above, lane, at.s);
+  const W both = hn::Add(scale_below, scale_above), product = hn::Mul(scale_below, scale_above);
+  const W inverse = hn::Div(one, hn::Mul(both, product));
   at.inverse_both = hn::Mul(inverse, product);
   at.inverse_product = hn::Mul(inverse, both);
-  const F away = hn::Sub(t, Line(from.mode, to.mode, lane, at.s));
+  const W away = hn::Sub(t, Line(from.mode, to.mode, lane, at.s));
   at.below = hn::Lt(away, hn::Zero(d));
   at.inverse_side = hn::Mul(at.inverse_product, hn::IfThenElse(at.below, scale_above, scale_below));
   at.distance = hn::Mul(hn::Abs(away), at.inverse_side);
   if (law == HeightLaw::normal) {
-    const F e = ExpOf(hn::Mul(hn::Set(d, -0.5f), hn::Mul(at.distance, at.distance)));
+    const W e = WideExpOf(hn::Mul(hn::Set(d, -0.5f), hn::Mul(at.distance, at.distance)));
     at.law = hn::Mul(hn::Mul(hn::Set(d, 0.797884561f), at.inverse_both), e);
     at.slope = at.distance;
   } else {
-    const F e = ExpOf(hn::Neg(at.distance)), inverse_one_e = hn::Div(one, hn::Add(one, e));
-    const F two_e = hn::Mul(hn::Add(e, e), hn::Mul(inverse_one_e, inverse_one_e));
+    const W e = WideExpOf(hn::Neg(at.distance)), inverse_one_e = hn::Div(one, hn::Add(one, e));
+    const W two_e = hn::Mul(hn::Add(e, e), hn::Mul(inverse_one_e, inverse_one_e));
     at.law = hn::Mul(two_e, at.inverse_both);
     at.slope = hn::Mul(hn::Sub(one, e), inverse_one_e);
   }
@@ -88,6 +104,23 @@ HWY_INLINE void AddFour(F a, F b, F c, F e, float* out) {
 #endif
 }
 
+// What the exits add to the sums of a layer.
+struct LayerTerms {
+  W s, light, mode, below, above, information, information_s;
+
+  // over_f: the weight divided by f.
+  HWY_INLINE LayerTerms(const AtExit& at, W over_f) : s(at.s), light(hn::Mul(over_f, at.law)) {
+    const W share = hn::Mul(light, at.density);
+    const W push = hn::Mul(hn::Mul(share, at.slope), at.inverse_side);
+    mode = hn::IfThenElse(at.below, hn::Neg(push), push);
+    const W widening = hn::Mul(push, at.distance), shrinking = hn::Mul(share, at.inverse_both);
+    below = hn::Sub(hn::IfThenElseZero(at.below, widening), shrinking);
+    above = hn::Sub(hn::IfThenZeroElse(at.below, widening), shrinking);
+    information = hn::Mul(share, at.inverse_product);
+    information_s = hn::Mul(information, at.s);
+  }
+};
+
 // The running sums of a layer.
 struct Running {
   F light, light_s, mode, mode_s, below, below_s, above, above_s, information, information_s, information_ss;
@@ -97,26 +130,26 @@ struct Running {
     light = light_s = mode = mode_s = below = below_s = above = above_s = hn::Zero(d);
     information = information_s = information_ss = hn::Zero(d);
   }
-  // over_f: the weight divided by f.
-  HWY_INLINE void Add(const AtExit& at, F over_f) {
-    const F by_law = hn::Mul(over_f, at.law), share = hn::Mul(by_law, at.density);
+  HWY_INLINE void Add(const LayerTerms& terms, std::size_t exits) {
+    AddHalf<0>(terms);
+    if (halves == 2 && exits > hn::Lanes(Floats())) AddHalf<halves - 1>(terms);
+  }
+  template <std::size_t half>
+  HWY_INLINE void AddHalf(const LayerTerms& terms) {
+    const F by_law = Half<half>(terms.light), s = Half<half>(terms.s), push = Half<half>(terms.mode);
+    const F by_below = Half<half>(terms.below), by_above = Half<half>(terms.above);
+    const F known = Half<half>(terms.information), known_s = Half<half>(terms.information_s);
     light = hn::Add(light, by_law);
-    light_s = hn::MulAdd(by_law, at.s, light_s);
-    const F push = hn::Mul(hn::Mul(share, at.slope), at.inverse_side);
-    const F signed_push = hn::IfThenElse(at.below, hn::Neg(push), push);
-    mode = hn::Add(mode, signed_push);
-    mode_s = hn::MulAdd(signed_push, at.s, mode_s);
-    const F widening = hn::Mul(push, at.distance), shrinking = hn::Mul(share, at.inverse_both);
-    const F by_below = hn::Sub(hn::IfThenElseZero(at.below, widening), shrinking);
-    const F by_above = hn::Sub(hn::IfThenZeroElse(at.below, widening), shrinking);
+    light_s = hn::MulAdd(by_law, s, light_s);
+    mode = hn::Add(mode, push);
+    mode_s = hn::MulAdd(push, s, mode_s);
     below = hn::Add(below, by_below);
-    below_s = hn::MulAdd(by_below, at.s, below_s);
+    below_s = hn::MulAdd(by_below, s, below_s);
     above = hn::Add(above, by_above);
-    above_s = hn::MulAdd(by_above, at.s, above_s);
-    const F known = hn::Mul(share, at.inverse_product), known_s = hn::Mul(known, at.s);
+    above_s = hn::MulAdd(by_above, s, above_s);
     information = hn::Add(information, known);
     information_s = hn::Add(information_s, known_s);
-    information_ss = hn::MulAdd(known_s, at.s, information_ss);
+    information_ss = hn::MulAdd(known_s, s, information_ss);
   }
   HWY_INLINE void To(SegmentSums& sums) const {
     const Floats d;
@@ -127,9 +160,9 @@ struct Running {
   }
 };
 
-HWY_INLINE F DensityOf(const AtExit& main, const AtExit& broad) {
-  const Floats d;
-  const F f = hn::MulAdd(main.density, main.law, hn::Mul(broad.density, broad.law));
+HWY_INLINE W DensityOf(const AtExit& main, const AtExit& broad) {
+  const Wide d;
+  const W f = hn::MulAdd(main.density, main.law, hn::Mul(broad.density, broad.law));
   return hn::Max(f, hn::Set(d, 1e-30f));
 }
 
@@ -137,11 +170,11 @@ HWY_INLINE F DensityOf(const AtExit& main, const AtExit& broad) {
 template <HeightLaw law>
 struct Both {
   AtExit main, broad;
-  F w, f;
+  W w, f;
   HWY_INLINE Both(const RowExits& exits, const RibbonLanes& lanes, std::size_t lane, const RibbonPiece& piece,
                   std::size_t i) {
-    const Floats d;
-    const F x = hn::LoadU(d, exits.x.data() + i), t = hn::LoadU(d, exits.t.data() + i);
+    const Wide d;
+    const W x = hn::LoadU(d, exits.x.data() + i), t = hn::LoadU(d, exits.t.data() + i);
     w = hn::IfThenElseZero(hn::FirstN(d, piece.end - i), hn::LoadU(d, exits.w.data() + i));
     main = LayerAt<law>(lanes.main.knots[piece.main], lanes.main.knots[MainLanes::after(piece.main)], lane,
                         piece.main_x0, piece.main_inverse_width, x, t);
@@ -159,16 +192,15 @@ HWY_INLINE void ForPieces(const RibbonLanes& lanes, std::size_t part, Do&& what)
 
 template <HeightLaw law>
 void AddExitsBy(const RowExits& exits, const RibbonLanes& lanes, std::size_t lane, RowSums& sums) {
-  const Floats d;
   ForPieces(lanes, part_of_lane(lane), [&](const RibbonPiece& piece) HWY_ATTR {
     Running of_main, of_broad;
     of_main.Clear();
     of_broad.Clear();
-    for (std::size_t i = piece.begin; i < piece.end; i += hn::Lanes(d)) {
+    for (std::size_t i = piece.begin; i < piece.end; i += hn::Lanes(Wide())) {
       const Both<law> at(exits, lanes, lane, piece, i);
-      const F over_f = hn::Div(at.w, at.f);
-      of_main.Add(at.main, over_f);
-      of_broad.Add(at.broad, over_f);
+      const W over_f = hn::Div(at.w, at.f);
+      of_main.Add(LayerTerms(at.main, over_f), piece.end - i);
+      of_broad.Add(LayerTerms(at.broad, over_f), piece.end - i);
     }
     of_main.To(sums.main[lane][piece.main]);
     of_broad.To(sums.broad[lane][piece.broad]);
@@ -197,11 +229,11 @@ void AddHeights(const RowExits& exits, const RibbonLanes& lanes, std::size_t par
       w = hn::Add(w, weight);
       wt = hn::Add(wt, weight_t);
       wtt = hn::Add(wtt, weight_tt);
-      const F s = Along(x, piece.main_x0, piece.main_inverse_width);
+      const F s = Along(d, x, piece.main_x0, piece.main_inverse_width);
       main = hn::MulAdd(weight, s, main);
       main_t = hn::MulAdd(weight_t, s, main_t);
       main_tt = hn::MulAdd(weight_tt, s, main_tt);
-      const F q = Along(x, piece.broad_x0, piece.broad_inverse_width);
+      const F q = Along(d, x, piece.broad_x0, piece.broad_inverse_width);
       broad = hn::MulAdd(weight, q, broad);
       broad_t = hn::MulAdd(weight_t, q, broad_t);
       broad_tt = hn::MulAdd(weight_tt, q, broad_tt);
@@ -221,18 +253,24 @@ void AddDecaysBy(const RowExits& exits, const RibbonLanes& lanes, std::size_t la
   ForPieces(lanes, part_of_lane(lane), [&](const RibbonPiece& piece) HWY_ATTR {
     const F zero = hn::Zero(d);
     F main[6] = {zero, zero, zero, zero, zero, zero}, broad[6] = {zero, zero, zero, zero, zero, zero};
-    for (std::size_t i = piece.begin; i < piece.end; i += hn::Lanes(d)) {
+    for (std::size_t i = piece.begin; i < piece.end; i += hn::Lanes(Wide())) {
       const Both<law> at(exits, lanes, lane, piece, i);
-      const F first = hn::LoadU(d, exits.decay[0].data() + i), second = hn::LoadU(d, exits.decay[1].data() + i);
-      const F over_f = hn::Div(at.w, at.f);
+      const W over_f = hn::Div(at.w, at.f);
       const auto add = [&](F(&to)[6], const AtExit& layer) HWY_ATTR {
-        const F w = hn::Mul(over_f, hn::Mul(layer.density, layer.law)), ws = hn::Mul(w, layer.s);
-        to[0] = hn::Add(to[0], w);
-        to[1] = hn::Add(to[1], ws);
-        to[2] = hn::MulAdd(w, first, to[2]);
-        to[3] = hn::MulAdd(ws, first, to[3]);
-        to[4] = hn::MulAdd(w, second, to[4]);
-        to[5] = hn::MulAdd(ws, second, to[5]);
+        const W all = hn::Mul(over_f, hn::Mul(layer.density, layer.law)), all_s = hn::Mul(all, layer.s);
+        const auto add_half = [&](F w, F ws, std::size_t from) HWY_ATTR {
+          const F first = hn::LoadU(d, exits.decay[0].data() + from),
+                  second = hn::LoadU(d, exits.decay[1].data() + from);
+          to[0] = hn::Add(to[0], w);
+          to[1] = hn::Add(to[1], ws);
+          to[2] = hn::MulAdd(w, first, to[2]);
+          to[3] = hn::MulAdd(ws, first, to[3]);
+          to[4] = hn::MulAdd(w, second, to[4]);
+          to[5] = hn::MulAdd(ws, second, to[5]);
+        };
+        add_half(Half<0>(all), Half<0>(all_s), i);
+        if (halves == 2 && piece.end - i > hn::Lanes(d))
+          add_half(Half<halves - 1>(all), Half<halves - 1>(all_s), i + hn::Lanes(d));
       };
       add(main, at.main);
       add(broad, at.broad);
@@ -259,9 +297,12 @@ double LogLikelihoodBy(const RowExits& exits, const RibbonLanes& lanes, std::siz
   double sum = 0;
   ForPieces(lanes, part_of_lane(lane), [&](const RibbonPiece& piece) HWY_ATTR {
     F of_piece = hn::Zero(d);
-    for (std::size_t i = piece.begin; i < piece.end; i += hn::Lanes(d)) {
+    for (std::size_t i = piece.begin; i < piece.end; i += hn::Lanes(Wide())) {
       const Both<law> at(exits, lanes, lane, piece, i);
-      of_piece = hn::MulAdd(at.w, LogOf(at.f), of_piece);
+      const W log_f = tress::HWY_NAMESPACE::LogOf(Wide(), at.f);
+      of_piece = hn::MulAdd(Half<0>(at.w), Half<0>(log_f), of_piece);
+      if (halves == 2 && piece.end - i > hn::Lanes(d))
+        of_piece = hn::MulAdd(Half<halves - 1>(at.w), Half<halves - 1>(log_f), of_piece);
     }
     sum += static_cast<double>(hn::GetLane(hn::SumOfLanes(d, of_piece)));
   });
