@@ -1,5 +1,7 @@
 #include "fit/exit_sums.h"
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 
 // foreach_target compiles this once for every instruction set; the first call chooses the machine's.
@@ -8,6 +10,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "base/pi.h"
 #include "density/law_lanes.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -314,6 +317,33 @@ double LogLikelihood(const RowExits& exits, const RibbonLanes& lanes, std::size_
                                               : LogLikelihoodBy<HeightLaw::logistic>(exits, lanes, lane);
 }
 
+void AddDirections(const RowExits& exits, std::size_t begin, std::size_t end, float* out) {
+  const Wide d;
+  F sums[RowExits::harmonics];
+  for (F& sum : sums) sum = hn::Zero(Floats());
+  for (std::size_t i = begin; i < end; i += hn::Lanes(d)) {
+    const W w = hn::IfThenElseZero(hn::FirstN(d, end - i), hn::LoadU(d, exits.w.data() + i));
+    const W turns = hn::MulAdd(hn::LoadU(d, exits.x.data() + i), hn::Set(d, 0.5f / pi_f), hn::Set(d, 0.5f));
+    W sine, cosine;
+    tress::HWY_NAMESPACE::lanes16::SineAndCosineOfTurns(turns, sine, cosine);  // of x + pi
+    cosine = hn::Neg(cosine), sine = hn::Neg(sine);
+    W real = hn::Mul(w, cosine), imaginary = hn::Mul(w, sine);
+    for (std::size_t j = 0; j < RowExits::harmonics; j += 2) {
+      sums[j] = hn::Add(sums[j], Half<0>(real));
+      sums[j + 1] = hn::Add(sums[j + 1], Half<0>(imaginary));
+      if (halves == 2) {
+        sums[j] = hn::Add(sums[j], Half<halves - 1>(real));
+        sums[j + 1] = hn::Add(sums[j + 1], Half<halves - 1>(imaginary));
+      }
+      const W next = hn::MulSub(real, cosine, hn::Mul(imaginary, sine));
+      imaginary = hn::MulAdd(imaginary, cosine, hn::Mul(real, sine));
+      real = next;
+    }
+  }
+  for (std::size_t j = 0; j < RowExits::harmonics; j += 4)
+    AddFour(sums[j], sums[j + 1], sums[j + 2], sums[j + 3], out + j);
+}
+
 void WriteDecays(const float* attributes, std::size_t n, float* first, float* second) {
   const Floats d;
   for (std::size_t i = 0; i < n; i += hn::Lanes(d)) {
@@ -333,6 +363,7 @@ namespace tress::inline v0_2::adaptive {
 HWY_EXPORT(AddExits);
 HWY_EXPORT(AddHeights);
 HWY_EXPORT(AddDecays);
+HWY_EXPORT(AddDirections);
 HWY_EXPORT(LogLikelihood);
 HWY_EXPORT(WriteDecays);
 
@@ -344,6 +375,13 @@ void add_heights(const RowExits& exits, const RibbonLanes& lanes, std::size_t pa
 }
 void add_decays(const RowExits& exits, const RibbonLanes& lanes, std::size_t lane, LaneDecays& sums) {
   HWY_DYNAMIC_DISPATCH(AddDecays)(exits, lanes, lane, sums);
+}
+std::array<double, RowExits::harmonics> sum_of_directions(const RowExits& exits, std::size_t begin, std::size_t end) {
+  std::array<float, RowExits::harmonics> sums{};
+  HWY_DYNAMIC_DISPATCH(AddDirections)(exits, begin, end, sums.data());
+  std::array<double, RowExits::harmonics> all;
+  std::ranges::copy(sums, all.begin());
+  return all;
 }
 double log_likelihood(const RowExits& exits, const RibbonLanes& lanes, std::size_t lane) {
   return HWY_DYNAMIC_DISPATCH(LogLikelihood)(exits, lanes, lane);

@@ -13,6 +13,9 @@ namespace tress::inline v0_2::adaptive {
 /// writes up to RowExits::padding elements past the end.
 void write_decays(const float* attributes, std::size_t n, float* first, float* second);
 
+/// Returns the sums over exits [begin, end) of w cos x, w sin x, w cos 2x and so on.
+std::array<double, RowExits::harmonics> sum_of_directions(const RowExits& exits, std::size_t begin, std::size_t end);
+
 /// Adds up the exits of the active problems.
 void add_exits(const RowExits& exits, const RibbonLanes& lanes, RowSums& sums);
 

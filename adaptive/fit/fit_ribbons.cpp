@@ -33,19 +33,17 @@ class Fitter {
     lanes_.main.least_scale = Ribbon::least_scale;
     lanes_.broad.least_scale = least_broad_scale;
     for (std::size_t p = 0; p < parts; ++p) place_knots(p);
-    cut_pieces(exits_);
     set_widths(lanes_.main);
     set_widths(lanes_.broad);
     place_harmonics(lanes_, harmonics_);
-    for (std::size_t p = 0; p < parts; ++p) start(p);
-    scale_to_one(lanes_);
-    if (rule.from_parent) set_prior();
   }
 
   FittedRibbons fit() {
-    if (rule_.thin_rounds > 0) {
+    if (rule_.thin_rounds == 0) {
+      start(exits_);
+    } else {
       const RowExits thin = thin_exits(exits_);
-      cut_pieces(thin);
+      start(thin);
       move(thin, rule_.thin_rounds);
       for (std::size_t p = 0; p < parts; ++p) {
         if (has_light(p)) keep_only(likeliest(thin, p), p);
@@ -160,7 +158,14 @@ class Fitter {
     }
   }
 
-  void start(std::size_t p) {
+  void start(const RowExits& exits) {
+    cut_pieces(exits);
+    for (std::size_t p = 0; p < parts; ++p) start(exits, p);
+    scale_to_one(lanes_);
+    if (rule_.from_parent) set_prior();
+  }
+
+  void start(const RowExits& exits, std::size_t p) {
     const bool one_law = parents_[p] != nullptr && rule_.parents_law;
     for (std::size_t lane = p; lane < fit_lanes; lane += parts) {
       lanes_.law[lane] = one_law ? parents_[p]->main_law() : lane < parts ? HeightLaw::normal : HeightLaw::logistic;
@@ -173,13 +178,13 @@ class Fitter {
       return;
     }
     PartHeights sums;
-    add_heights(exits_, lanes_, p, sums);
+    add_heights(exits, lanes_, p, sums);
     start_main(sums.main, p, 1);
     FarHeights far;
     for (const float widths : {2.0f, 2.5f}) {  // the main layer becomes narrower each time
       auto near = sums.main;
       far = {};
-      split_heights(p, widths, near, far);
+      split_heights(exits, p, widths, near, far);
       for (std::size_t lane = p; lane < fit_lanes; lane += parts) start_main(near, lane, 1);
     }
     // With one law the broad layer starts at the height of a second peak. With the other it starts about the main
@@ -215,7 +220,8 @@ class Fitter {
   };
 
   /// Moves the light that is this many widths from the main layer, as it is now, out of the sums of that layer.
-  void split_heights(std::size_t p, float widths, std::array<HeightSums, main_knots>& near, FarHeights& far) const {
+  void split_heights(const RowExits& exits, std::size_t p, float widths, std::array<HeightSums, main_knots>& near,
+                     FarHeights& far) const {
     const auto add = [](HeightSums& to, float w, float s, float t) {
       to.light += w;
       to.light_s += w * s;
@@ -228,7 +234,7 @@ class Fitter {
       const RibbonPiece& piece = lanes_.pieces[p][i];
       const KnotLanes &here = lanes_.main.knots[piece.main], &there = lanes_.main.knots[MainLanes::after(piece.main)];
       for (std::size_t exit = piece.begin; exit < piece.end; ++exit) {
-        const float x = exits_.x[exit], t = exits_.t[exit], w = exits_.w[exit];
+        const float x = exits.x[exit], t = exits.t[exit], w = exits.w[exit];
         const float s = (x - piece.main_x0) * piece.main_inverse_width;
         const auto line = [s, p](const Lanes& a, const Lanes& b) { return a[p] + s * (b[p] - a[p]); };
         const float away = t - line(here.mode, there.mode), scale = line(here.scale_below, there.scale_below);

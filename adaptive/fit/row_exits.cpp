@@ -18,39 +18,6 @@ std::uint32_t bin_of(float x) {
   return std::min(static_cast<std::uint32_t>(at), RowExits::bins - 1);
 }
 
-/// Cosine and sine at the beginning of each bin.
-struct BinDirections {
-  std::array<std::array<double, 2>, RowExits::bins> at;
-  BinDirections() {
-    for (std::uint32_t bin = 0; bin < RowExits::bins; ++bin) {
-      at[bin] = {std::cos(RowExits::azimuth(bin)), std::sin(RowExits::azimuth(bin))};
-    }
-  }
-};
-
-void add_harmonics(const RowExits& exits, RowExits::Part& part) {
-  static const BinDirections directions;
-  std::array<double, RowExits::harmonics> sums{};
-  for (std::uint32_t bin = 0; bin < RowExits::bins; ++bin) {
-    const auto [c, s] = directions.at[bin];
-    const double from = RowExits::azimuth(bin);
-    for (std::uint32_t i = part.begin[bin]; i < part.begin[bin + 1]; ++i) {
-      // A bin is 0.006 wide: terms beyond the square are below 4e-8.
-      const double w = static_cast<double>(exits.w[i]), d = static_cast<double>(exits.x[i]) - from;
-      const double near = 1 - 0.5 * d * d, cosine = c * near - s * d, sine = s * near + c * d;
-      double real = cosine, imaginary = sine;
-      for (std::size_t j = 0; j < sums.size(); j += 2) {
-        sums[j] += w * real;
-        sums[j + 1] += w * imaginary;
-        const double next = real * cosine - imaginary * sine;
-        imaginary = imaginary * cosine + real * sine;
-        real = next;
-      }
-    }
-  }
-  for (std::size_t j = 0; j < sums.size(); ++j) part.directions[j] = sums[j] / part.count;
-}
-
 /// Adds up a part and scales its weights.
 void add_up(RowExits& exits, RowExits::Part& part) {
   double squares = 0;
@@ -66,7 +33,8 @@ void add_up(RowExits& exits, RowExits::Part& part) {
   for (std::uint32_t i = part.begin.front(); i < part.begin.back(); ++i) {
     exits.w[i] = static_cast<float>(scale * static_cast<double>(exits.w[i]));
   }
-  add_harmonics(exits, part);
+  part.directions = sum_of_directions(exits, part.begin.front(), part.begin.back());
+  for (double& direction : part.directions) direction /= part.count;
 }
 
 }  // namespace
