@@ -2,8 +2,8 @@
 
 Two errors, never mixed. *Noise* is against what the same model converges to: root mean square difference of pixels where there
 is hair, over the mean there. *Model error* is that converged picture against `fiber3d`'s: root mean square difference of means of
-8 x 8 pixels, over the truth's mean, the noise of both taken out by squares; the truth is `rough` without a table, whose hits are
-traced as `fiber3d`'s are and see lights. Times are CPU of the passes that a picture of 5 %
+8 x 8 pixels, over the truth's mean, the noise of both taken out by squares; the truth is `rough` with near=everywhere, whose hits
+are traced as `fiber3d`'s are and see lights. Times are CPU of the passes that a picture of 5 %
 noise takes (pictures.py), over ours in the same round; `startup` stands beside them.
 """
 import charts
@@ -23,7 +23,7 @@ def sizes(run):
     """samples: of ours, cold; rivals take their part of them. budgets: on MAIN, of every rival's."""
     if run.quick:
         return {"samples": 8, "budgets": [1], "rounds": run.rounds or 1, "reference": 32, "truth": 64, "blocks": 8}
-    return {"samples": 32, "budgets": [0.25, 0.5, 1], "rounds": run.rounds or 3, "reference": 64, "truth": 128, "blocks": 4}
+    return {"samples": 32, "budgets": [0.25, 0.5, 1], "rounds": run.rounds or 3, "reference": 64, "truth": 512, "blocks": 4}
 
 
 def name_of(groom, color):

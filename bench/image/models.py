@@ -3,7 +3,7 @@
 
 usage: bench/image/models.py [BUILD] [-o FILE] [--spp N] [--seeds N] [--truth N] [--only NAME]... [--cold] [-- FLAG...]
 
-The scenes of chart 4, and blond hair in a city. Each model is taught by one render, then rendered with its table frozen, the
+The scenes of chart 4, and blond hair in a city, whose hits are all answered by rows (near=nowhere). Each model is taught by one render, then rendered with its table frozen, the
 models taking turns, a seed each turn. Noise n^2 is the variance over seeds, mean of the pixels that are lit, over the square of
 their mean; the time to 5 % noise is once + sample N (n / 0.05)^2 as in chart 4 (bench/charts/pictures.py). The error is the
 root mean square difference of means of 8 x 8 pixels from the truth's over its mean, what variances over seeds show of noise
@@ -28,6 +28,7 @@ import figures  # noqa: E402
 import pictures  # noqa: E402
 
 BLOCK = 8
+ROWS = ("--set", "integrator/near=nowhere")
 SCENES = {f"{groom}, {color}" if color else groom: (groom, color, None) for groom, color in
           [("curly lock", "light"), ("straight groom", "brown"), ("straight.hair", "light"), ("bear.hair", "dark"), ("varied", None)]}
 SCENES["straight groom, light, city"] = ("straight groom", "light", "hdri/city.exr")
@@ -101,7 +102,7 @@ def rendered(run, scene, name, samples, seeds, *flags):
     """Renders of `rough`, a seed each."""
     renders = Renders()
     for seed in seeds:
-        renders.add(run.render(scene, name, "--model", "rough", "--spp", samples, "--layers", "beauty", *flags, seed=seed), samples)
+        renders.add(run.render(scene, name, "--model", "rough", *ROWS, "--spp", samples, "--layers", "beauty", *flags, seed=seed), samples)
     return renders
 
 
@@ -117,7 +118,7 @@ def measure(run, name, options):
         return None
     size = pictures.size_of(groom, False)
     models, caches = {"elliptical": Renders(), "rough": Renders()}, {}
-    more = {"elliptical": [], "rough": options.flags}
+    more = {"elliptical": [], "rough": [*ROWS, *options.flags]}
     for model in models:
         caches[model] = run.path(f"{plain(name)}_{model}.cache")
         if os.path.exists(caches[model]):

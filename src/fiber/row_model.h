@@ -195,6 +195,10 @@ class EventRowModel : public FiberModel {
   }
 
  protected:
+  /// What an event traces from h: nothing (begin()), directions that it draws (begin_drawn_near()), or all that it is
+  /// asked (begin_near()).
+  enum class Traced { nothing, drawn, all };
+
   /// Makes the form's block for a converged row whose block is not kept (EventRow::block), without counting a query.
   /// Valid until this thread's next call.
   const void* made_anew(const EventRow& row) const;
@@ -203,21 +207,27 @@ class EventRowModel : public FiberModel {
 
  private:
   FiberEvent make_event(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h) const final {
-    RowOfEvent row(service_, xi1);
-    FiberEvent event = start(fiber, wr, xi1, xi2, h, &row);
-    new (place_of<EventRow>(event)) EventRow(row.row_);
-    return event;
+    return with_row(fiber, wr, xi1, xi2, h, Traced::nothing);
+  }
+  FiberEvent make_drawn_near_event(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h) const final {
+    return with_row(fiber, wr, xi1, xi2, h, Traced::drawn);
   }
   FiberEvent make_near_event(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h) const final {
-    FiberEvent event = start(fiber, wr, xi1, xi2, h, nullptr);
+    FiberEvent event = start(fiber, wr, xi1, xi2, h, Traced::all, nullptr);
     new (place_of<EventRow>(event)) EventRow();
+    return event;
+  }
+  FiberEvent with_row(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h, Traced traced) const {
+    RowOfEvent row(service_, xi1);
+    FiberEvent event = start(fiber, wr, xi1, xi2, h, traced, &row);
+    new (place_of<EventRow>(event)) EventRow(row.row_);
     return event;
   }
   void credit(const EventRow& row, float light) const;
 
   /// Makes the event, with constants that begin with an EventRow, which is filled in afterwards. row: null if no row
-  /// may be looked up, because the event is near (FiberModel::begin_near()).
-  virtual FiberEvent start(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h,
+  /// may be looked up (Traced::all).
+  virtual FiberEvent start(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h, Traced traced,
                            RowOfEvent* row) const = 0;
   /// Does the same as sample().
   virtual FiberSample draw(const FiberEvent& event, const std::array<float, 4>& u) const = 0;

@@ -32,8 +32,8 @@ float width_of(const geometry::Hit& hit) { return 2 * hit.semi_axis_cm; }
 void measure_closeness(NearOptions& options, const scene::Scene& scene, const geometry::FiberScene& fibers) {
   using Where = NearOptions::Where;
   options.closeness.clear();
-  if (options.where != Where::seen && options.where != Where::touching) return;
-  const std::size_t in_all = options.where == Where::touching ? rays_that_decide : rays_that_label;
+  if (options.where == Where::nowhere || options.where == Where::everywhere) return;
+  const std::size_t in_all = options.where == Where::seen ? rays_that_label : rays_that_decide;
   struct Count {
     std::uint32_t left = 0, met = 0;
   };
@@ -73,6 +73,7 @@ void set_asked(const scene::Integrator& asked, NearOptions* near) {
   using Where = NearOptions::Where;
   near->pixels = asked.near_pixels.value_or(near->pixels);
   if (asked.near == "nowhere" || !(near->pixels > 0)) near->where = Where::nowhere;
+  if (asked.near == "seen") near->where = Where::seen;
   if (asked.near == "touching") near->where = Where::touching;
   if (asked.near == "everywhere") near->where = Where::everywhere;
 }
@@ -83,10 +84,11 @@ std::string words_of(const NearOptions& options) {
   std::string words = fmt::format("near where fibers are wider than {:.4g} pixels", options.pixels);
   float most = 0, share = 0;
   for (const float close : options.closeness) most = std::max(most, close), share = std::max(share, share_of(close));
-  const bool traces_touching = options.where == NearOptions::Where::touching;
-  if (share > 0 && traces_touching) words += fmt::format(", and at {:.0f} % of the hits where they touch", 100 * share);
-  if (share > 0 && !traces_touching)
-    words += "; fibers touch, where rows are too dark: \"near\": \"touching\" traces them";
+  if (share > 0 && options.where == NearOptions::Where::seen)
+    words += "; fibers touch, where rows are too dark, unless \"near\" is left out or \"touching\"";
+  else if (share > 0)
+    words += fmt::format(", and {} {:.0f} % of the hits where they touch",
+                         options.where == NearOptions::Where::touching ? "at" : "but for small lights at", 100 * share);
   if (!options.closeness.empty())
     words += fmt::format(" ({:.3g} % of the light that leaves one meets another within {:.4g} widths; {:.0f} count)",
                          100 * most, close_widths, 100 * loose);
@@ -94,23 +96,29 @@ std::string words_of(const NearOptions& options) {
 }
 
 NearRule::NearRule(const NearOptions& options) : where_(options.where), pixels_(options.pixels) {
-  if (options.where != NearOptions::Where::touching) return;
+  if (options.where != NearOptions::Where::usual && options.where != NearOptions::Where::touching) return;
   for (const float close : options.closeness) by_groom_.push_back(share_of(close));
   if (std::ranges::all_of(by_groom_, [](float share) { return share == 0; })) by_groom_.clear();
 }
 
-float NearRule::of_seen(const geometry::Hit& hit, float pixel_cm) const {
-  if (hit.is_surface || where_ == NearOptions::Where::nowhere) return 0;
-  if (where_ == NearOptions::Where::everywhere) return 1;
-  const float by_width = std::clamp(width_of(hit) / (pixel_cm * pixels_) - 1, 0.0f, 1.0f);
-  return by_groom_.empty() ? by_width : std::max(by_width, by_groom_[hit.groom]);
+NearShares NearRule::of_touching(float share) const {
+  return {where_ == NearOptions::Where::touching ? share : 0, share};
 }
 
-float NearRule::of_later(const geometry::Hit& hit) const {
-  if (hit.is_surface || where_ == NearOptions::Where::nowhere) return 0;
-  if (where_ == NearOptions::Where::everywhere) return 1;
-  if (by_groom_.empty()) return 0;
-  return by_groom_[hit.groom] * std::clamp(2 - hit.distance_cm / (near_widths * width_of(hit)), 0.0f, 1.0f);
+NearShares NearRule::of_seen(const geometry::Hit& hit, float pixel_cm) const {
+  if (hit.is_surface || where_ == NearOptions::Where::nowhere) return {};
+  if (where_ == NearOptions::Where::everywhere) return {1, 1};
+  NearShares shares = of_touching(by_groom_.empty() ? 0 : by_groom_[hit.groom]);
+  shares.all = std::max(shares.all, std::clamp(width_of(hit) / (pixel_cm * pixels_) - 1, 0.0f, 1.0f));
+  return shares;
+}
+
+NearShares NearRule::of_later(const geometry::Hit& hit) const {
+  if (hit.is_surface || where_ == NearOptions::Where::nowhere) return {};
+  if (where_ == NearOptions::Where::everywhere) return {1, 1};
+  if (by_groom_.empty()) return {};
+  return of_touching(by_groom_[hit.groom] *
+                     std::clamp(2 - hit.distance_cm / (near_widths * width_of(hit)), 0.0f, 1.0f));
 }
 
 }  // namespace tress::integrate

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "geometry/fiber_scene.h"
+#include "integrate/near_hit.h"
 #include "scene/model/scene.h"
 #include "tress/base/random.h"
 
@@ -14,9 +15,10 @@ namespace tress::integrate {
 /// Rows are the mean over a fiber's width, so they are used where neither the picture resolves the width nor light goes
 /// on to a neighbour that is so close that it matters where on the fiber it left.
 struct NearOptions {
-  /// seen: first hits on fibers that the picture resolves. touching: these, and hits where fibers touch, at which
-  /// traced paths have several times the variance of rows under small lights.
-  enum class Where { seen, touching, nowhere, everywhere } where = Where::seen;
+  /// seen: first hits on fibers that the picture resolves. usual: these, and directions that are drawn where fibers
+  /// touch. touching: these, and all light where fibers touch, with several times the variance of rows under small
+  /// lights.
+  enum class Where { usual, seen, touching, nowhere, everywhere } where = Where::usual;
   /// Width in pixels from which first hits are traced. Their share rises evenly to all at twice the width.
   float pixels = 2;
   std::vector<float> closeness = {};  ///< by groom, of measure_closeness(); empty if it was not measured
@@ -24,17 +26,22 @@ struct NearOptions {
 
 /// Measures how close the fibers of each groom are, where the rule or its words depend on it: of the light that leaves
 /// a fiber in any direction, the share that meets another within close_widths widths. By thousands of rays from outside
-/// and their next hits for touching (0.1 s of CPU), by a sixteenth of them for seen, which only says whether fibers
-/// touch. The same for every camera, seed and number of threads.
+/// and their next hits (0.1 s of CPU), by a sixteenth of them for seen, which only says whether fibers touch. The same
+/// for every camera, seed and number of threads.
 void measure_closeness(NearOptions& options, const scene::Scene& scene, const geometry::FiberScene& fibers);
 /// Sets where a scene says so.
 void set_asked(const scene::Integrator& asked, NearOptions* near);
 /// What the rule is in a scene, in words.
 std::string words_of(const NearOptions& options);
 
-/// The share of the hits of each groom that are traced because of its closeness: 0 up to loose, 1 from dense on.
+/// The share of the hits of each groom that are near because of its closeness: 0 up to loose, 1 from dense on.
 float share_of(float closeness);
 inline constexpr float close_widths = 2, loose = 0.12f, dense = 0.14f;
+
+/// The shares of hits that begin near: traced in all they are asked, and in what they draw at least.
+struct NearShares {
+  float all = 0, drawn = 0;
+};
 
 /// Immutable; any thread. Every share is continuous in the scene and the camera, so no edge shows.
 class NearRule {
@@ -42,19 +49,23 @@ class NearRule {
   NearRule() = default;
   explicit NearRule(const NearOptions& options);
 
-  /// The share of camera hits like this one that are traced. pixel_cm: width of a pixel there.
-  float of_seen(const geometry::Hit& hit, float pixel_cm) const;
+  /// The shares of camera hits like this one. pixel_cm: width of a pixel there.
+  NearShares of_seen(const geometry::Hit& hit, float pixel_cm) const;
   /// The same of later hits: where fibers are close, those that light reached from no farther than near_widths fiber
   /// widths, and none from twice as far.
-  float of_later(const geometry::Hit& hit) const;
+  NearShares of_later(const geometry::Hit& hit) const;
   static constexpr float near_widths = 4;
-  /// Whether a hit is one of this share. It depends on these numbers only, and draws none from another stream.
-  static bool is_traced(float share, std::uint64_t seed, std::uint64_t first, std::uint64_t second) {
+  /// How a hit of these shares begins. It depends on these numbers only, and draws none from another stream.
+  static NearHit chosen(const NearShares& shares, std::uint64_t seed, std::uint64_t first, std::uint64_t second) {
     constexpr std::uint64_t purpose = 0x6e656172ull;
-    return share > 0 && RandomStream(seed ^ purpose, first, second).next() < share;
+    if (!(shares.all > 0) && !(shares.drawn > 0)) return NearHit::no;
+    const float number = RandomStream(seed ^ purpose, first, second).next();
+    return number < shares.all ? NearHit::all : (number < shares.drawn ? NearHit::drawn : NearHit::no);
   }
 
  private:
+  NearShares of_touching(float share) const;
+
   NearOptions::Where where_ = NearOptions::Where::nowhere;
   float pixels_ = 0;
   std::vector<float> by_groom_;  ///< shares; empty if all are 0

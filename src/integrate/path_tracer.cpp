@@ -39,6 +39,12 @@ float luminance_of(const glm::vec3& color) { return std::max(0.0f, luminance(col
 
 float mean_of(const glm::vec3& color) { return (color.x + color.y + color.z) / 3; }
 
+/// The density over which a sample of density `own` is weighed against another that could find the same light: their
+/// sum, or by their squares where an event begins with FiberModel::begin_drawn_near() (Veach 1997, section 9.2).
+float density_of_balance(float own, float other, NearHit near) {
+  return near == NearHit::drawn && own > 0 ? own + other * (other / own) : own + other;
+}
+
 /// Unit normal of a fiber: across its axis, towards the start of the ray; the minor axis if the ray is along the fiber.
 glm::vec3 normal_towards(const geometry::Hit& hit, const glm::vec3& ray_direction) {
   const glm::vec3 across = glm::dot(ray_direction, hit.u) * hit.u - ray_direction;
@@ -109,8 +115,8 @@ PathTracer::Lit PathTracer::light(const Vertex& vertex, float u_light, const std
   if (vertex.hit.is_surface && !vertex.hit.faces(light.direction)) return none;
   // The fiber is evaluated before the shadow ray, which costs as much: most light samples bring little and end here.
   const Scattered value = scattering_.evaluate(vertex, light.direction, sums);
-  const float density = static_cast<float>(vertex.light_samples) * light.density * value.solid_angle +
-                        static_cast<float>(vertex.bcsdf_samples) * value.pdf;
+  const float density = density_of_balance(static_cast<float>(vertex.light_samples) * light.density * value.solid_angle,
+                                           static_cast<float>(vertex.bcsdf_samples) * value.pdf, vertex.near);
   if (!(density > 0)) return none;
   glm::vec3 scale = light.radiance / density;
   Lit scattered{value.layers};
@@ -142,7 +148,8 @@ glm::vec3 PathTracer::met_light(const Vertex& vertex, const Scattering::Sample& 
                     ray.passed = light.passed;
                     if (fibers_.occluded(ray, light.shadow.distance_cm)) return;
                   }
-                  const glm::vec3 share = light.radiance * (drawn / (drawn + per_light * light.density));
+                  const glm::vec3 share =
+                      light.radiance * (drawn / density_of_balance(drawn, per_light * light.density, vertex.near));
                   radiance += share;
                   groups.add(light.group, throughput * share);
                 });
@@ -212,10 +219,10 @@ PathSums PathTracer::carried(int x, int y, std::uint32_t sample) const {
           scene::turned_to_environment(scene_, ray.direction, time), camera_.pixel_rad(ray.direction));
     return sums;
   }
-  const float share = near_.of_seen(*hit, camera_.pixel_cm(ray.direction, hit->distance_cm));
-  const bool is_near = near_.is_traced(share, options_.seed, pixel, sample);
+  const NearShares shares = near_.of_seen(*hit, camera_.pixel_cm(ray.direction, hit->distance_cm));
   Vertex vertex = scattering_.begin(*hit, ray.direction, stratified.pair(in_half, grid_node),
-                                    1 / static_cast<float>(options_.bcsdf_samples), is_near);
+                                    1 / static_cast<float>(options_.bcsdf_samples),
+                                    NearRule::chosen(shares, options_.seed, pixel, sample));
   vertex.light_samples = vertex.evaluates ? options_.light_samples : 0;
   vertex.bcsdf_samples = options_.bcsdf_samples;
   sums.vertices = 1;
@@ -382,8 +389,8 @@ bool PathTracer::step(Tree& tree, RandomStream& random, PathSums& sums) const {
   at.copy_light = glm::vec3(0.0f);
   at.copy_hits = 1;
   const float xi1 = random.next(), xi2 = random.next();
-  const bool is_near = near_.is_traced(near_.of_later(at.hit), options_.seed, bits_of(xi1, xi2), 0);
-  Vertex vertex = scattering_.begin(at.hit, at.direction, {xi1, xi2}, luminance_of(at.worth.whole), is_near);
+  Vertex vertex = scattering_.begin(at.hit, at.direction, {xi1, xi2}, luminance_of(at.worth.whole),
+                                    NearRule::chosen(near_.of_later(at.hit), options_.seed, bits_of(xi1, xi2), 0));
   vertex.light_samples = vertex.evaluates ? std::min(1, options_.light_samples) : 0;
   ++sums.vertices;
   if (vertex.light_samples > 0) {

@@ -85,7 +85,7 @@ SurfaceMaterial Scattering::surface_at(const geometry::Hit& hit, const glm::vec3
 }
 
 Vertex Scattering::begin(const geometry::Hit& hit, const glm::vec3& ray_direction, const std::array<float, 2>& xi,
-                         float importance, bool is_near) const {
+                         float importance, NearHit near) const {
   Vertex vertex;
   vertex.hit = hit;
   if (hit.is_surface) {
@@ -95,8 +95,13 @@ Vertex Scattering::begin(const geometry::Hit& hit, const glm::vec3& ray_directio
   }
   const LocalDirection known = to_local(hit, -ray_direction);
   const fiber::FiberId fiber = fiber_ids_[fiber_of(scene_, hit)];
-  vertex.event = is_near ? model_.begin_near(fiber, known.direction, xi[0], xi[1], hit.share, importance)
-                         : model_.begin(fiber, known.direction, xi[0], xi[1], hit.share, importance);
+  vertex.near = near;
+  const auto begun = [&](auto begin) {
+    return (model_.*begin)(fiber, known.direction, xi[0], xi[1], hit.share, importance);
+  };
+  vertex.event = near == NearHit::no      ? begun(&fiber::FiberModel::begin)
+                 : near == NearHit::drawn ? begun(&fiber::FiberModel::begin_drawn_near)
+                                          : begun(&fiber::FiberModel::begin_near);
   vertex.evaluates = model_.evaluates(vertex.event) || model_.estimates(vertex.event);
   for (const glm::vec3& lobe : vertex.event.energy) vertex.albedo += lobe;
   return vertex;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "geometry/fiber_scene.h"
+#include "integrate/near_hit.h"
 #include "integrate/path_sums.h"
 #include "integrate/surface_scattering.h"
 #include "scene/model/scene.h"
@@ -22,6 +23,7 @@ struct Vertex {
   SurfaceMaterial surface;  ///< used if the hit is on a surface
   glm::vec3 albedo{0.0f};   ///< albedo of one scattering
   bool evaluates = true;    ///< false if no light may be sampled (FiberModel::evaluates)
+  NearHit near = NearHit::no;
   int light_samples = 1, bcsdf_samples = 1;
 };
 
@@ -59,10 +61,9 @@ class Scattering {
   Scattering(const scene::Scene& scene, const fiber::FiberModel& model, const std::vector<fiber::FiberId>& fiber_ids);
 
   /// Begins the scattering at a hit. ray_direction: direction of the ray that met the hit. xi: uniforms that choose the
-  /// grid node of a fiber's event. importance: as in FiberModel::begin(). is_near: whether a fiber's event begins with
-  /// FiberModel::begin_near().
+  /// grid node of a fiber's event. importance: as in FiberModel::begin(). near: how a fiber's event begins.
   Vertex begin(const geometry::Hit& hit, const glm::vec3& ray_direction, const std::array<float, 2>& xi,
-               float importance, bool is_near = false) const;
+               float importance, NearHit near = NearHit::no) const;
 
   /// Light scattered from a direction (unit, world, away from the hit). Counts queries in `sums`.
   Scattered evaluate(const Vertex& vertex, const glm::vec3& direction, PathSums& sums) const;

@@ -192,8 +192,7 @@ Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& r
   options.halves = request.denoise;
   const geometry::FiberScene strands(scene);
   if (!fiber::has(info, fiber::Asks::samples)) options.near.where = integrate::NearOptions::Where::nowhere;
-  if (options.near.where == integrate::NearOptions::Where::touching)
-    integrate::measure_closeness(options.near, scene, strands);
+  integrate::measure_closeness(options.near, scene, strands);
   std::optional<integrate::FilteredNoise> filtered;
   if (request.denoise && request.noise) filtered.emplace(*request.noise, scene);
   outcome.result = integrate::render(scene, strands, *model, fibers, learned.service.get(), options, stop,

@@ -103,6 +103,16 @@ class FiberModel {
                         float importance = 1) const {
     return begun(&FiberModel::make_near_event, fiber, wr, xi1, xi2, h, importance);
   }
+  /// The same for a fiber that touches others: sample() traces from h, since where light leaves decides which neighbour
+  /// it meets; evaluate() has the mean over h, as after begin(), since light from one direction is bright from a part
+  /// of the width only. The pdf is that of evaluate() plus drawn_near_density. Weigh sampled light against directions
+  /// that find light by the squares of the densities: broad lights are then seen from h, small ones from the mean.
+  FiberEvent begin_drawn_near(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h,
+                              float importance = 1) const {
+    return begun(&FiberModel::make_drawn_near_event, fiber, wr, xi1, xi2, h, importance);
+  }
+  /// 1/sr. A light is small to begin_drawn_near() where light samples are denser than that (bench/README.md, near).
+  static constexpr float drawn_near_density = 0.3f;
   /// u: four independent uniforms in [0,1): lobe, theta, phi, spare. Cannot fail; finite for every input.
   FiberSample sample(const FiberEvent& event, const std::array<float, 4>& u) const {
     if (event.fiber >= fiber_count_) return {};
@@ -244,6 +254,12 @@ class FiberModel {
   /// Does what begin_near() does, without the importance.
   virtual FiberEvent make_near_event(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h) const {
     return make_event(fiber, wr, xi1, xi2, h);
+  }
+
+  /// Does what begin_drawn_near() does, without the importance.
+  virtual FiberEvent make_drawn_near_event(FiberId fiber, const FiberDirection& wr, float xi1, float xi2,
+                                           float h) const {
+    return make_near_event(fiber, wr, xi1, xi2, h);
   }
 
   /// Does the work of node_steps() in a model whose answers depend on xi by the choice of nodes alone.

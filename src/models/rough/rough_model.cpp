@@ -38,6 +38,10 @@ HWY_BEFORE_NAMESPACE();
 namespace tress::inline v0_2::fiber {
 namespace HWY_NAMESPACE {
 
+/// What an event whose row has converged draws its direction from: the row, a path from anywhere that it passes to the
+/// service, or a path from where the ray met the fiber.
+enum class Draws : std::uint8_t { from_row, heard_path, near_path };
+
 /// The data that the model keeps with an event.
 struct RoughConstants {
   EventRow row;
@@ -45,9 +49,10 @@ struct RoughConstants {
   RoughNode node;
   float specular_height;
   bool is_black;
-  Offset offset;       ///< where traced paths enter
-  bool listens;        ///< whether it draws a path of the fiber and passes it to the service
-  TracedEvent traced;  ///< set if the row has not converged, or if the event listens
+  Offset offset;        ///< where traced paths enter
+  Draws draws;          ///< what a row that has converged leaves to a path
+  float least_density;  ///< added to Q of the row, 1/sr
+  TracedEvent traced;   ///< set if the row has not converged, or if the event draws a path
 };
 
 class RoughModel final : public EventRowModel {
@@ -138,7 +143,7 @@ class RoughModel final : public EventRowModel {
     return {{steps.xi1}, steps.xi2};
   }
 
-  FiberEvent start(FiberId id, const FiberDirection& wr, float xi1, float xi2, float h,
+  FiberEvent start(FiberId id, const FiberDirection& wr, float xi1, float xi2, float h, Traced traced,
                    RowOfEvent* row) const override {
     const FiberRecord& fiber = fibers_.record(id);
     FiberEvent event;
@@ -151,7 +156,7 @@ class RoughModel final : public EventRowModel {
     auto* constants = new (place_of<RoughConstants>(event)) RoughConstants;
     const RoughRows& rows = fibers_.rows(id);
     const RoughRow* answer = nullptr;  // of a row that has converged
-    constants->offset = row == nullptr ? Offset::known : fibers_.offset();
+    constants->offset = traced == Traced::nothing ? fibers_.offset() : Offset::known;
     if (row != nullptr && rows.formed != nullptr) {
       constants->node = rows.grid->choose(event.wr, xi1, xi2);
       const std::uint32_t node = constants->node.a * rows.formed->width() + constants->node.b;
@@ -168,9 +173,17 @@ class RoughModel final : public EventRowModel {
     }
     constants->specular_height = specular_height(event.wr.theta);
     constants->is_black = shares.is_black;
-    constants->listens = listens(event, shares, *answer);
-    if (constants->listens) [[unlikely]]
+    constants->draws = Draws::from_row;
+    constants->least_density = 0;
+    if (traced == Traced::drawn && !shares.is_black) {
+      constants->draws = Draws::near_path;
+      constants->least_density = drawn_near_density;
+      constants->traced = fibers_.traced().begin(event, fiber.parameters, h);
+      constants->traced.kept_inside = TracedFibers::kept_inside(event);
+    } else if (listens(event, shares, *answer)) [[unlikely]] {
+      constants->draws = Draws::heard_path;
       constants->traced = fibers_.traced().begin(event, fiber.parameters, TracedFibers::any_offset(event));
+    }
     const glm::vec3 share = luminance_terms(glm::vec3(shares.inverse_luminance));
     const Float4 terms{share.r, share.g, share.b, 0};
     constants->proposal = {terms * load_energy(event, Lobe::r), terms * load_energy(event, Lobe::tt),
@@ -229,14 +242,17 @@ class RoughModel final : public EventRowModel {
       return sample;
     }
     const RoughRow& row = answer_of(constants.row);
-    return constants.listens && !event.is_of_mean ? listen(event, constants, row, u)
-                                                  : draw_from(event, constants, row, u);
+    if (constants.draws == Draws::from_row || event.is_of_mean) return draw_from(event, constants, row, u);
+    return constants.draws == Draws::heard_path
+               ? over_row(event, constants, row, heard(event, constants, u, row.paths).sample)
+               : over_row(
+                     event, constants, row,
+                     fibers_.traced().sample(event.fiber, constants.traced, fibers_.record(event.fiber).parameters, u));
   }
 
-  /// Draws one path of the fiber, over the density of the row.
-  FiberSample listen(const FiberEvent& event, const RoughConstants& constants, const RoughRow& row,
-                     const std::array<float, 4>& u) const {
-    FiberSample sample = heard(event, constants, u, row.paths).sample;
+  /// The path of a sample with its weight, over the density of the row.
+  FiberSample over_row(const FiberEvent& event, const RoughConstants& constants, const RoughRow& row,
+                       FiberSample sample) const {
     const FiberValue traced = sample.value;
     value_at(event, constants, row, sample.wi, sample.value);
     for (std::size_t lobe = 0; lobe < lobe_count; ++lobe) sample.value.s[lobe] = traced.s[lobe] * sample.value.pdf;
@@ -324,7 +340,8 @@ class RoughModel final : public EventRowModel {
     const float inverse_cosine = 1 / axial.cosine;
     for (Float4& density : f) density *= inverse_cosine;
     const auto& proposal = constants.proposal;
-    const float pdf = sum4((proposal[0] * f[0] + proposal[1] * f[1]) + (proposal[2] * f[2] + proposal[3] * f[3]));
+    const float pdf = sum4((proposal[0] * f[0] + proposal[1] * f[1]) + (proposal[2] * f[2] + proposal[3] * f[3])) +
+                      constants.least_density * axial.cosine;
     put_value(value,
               {load_energy(event, Lobe::r) * f[0], load_energy(event, Lobe::tt) * f[1],
                load_energy(event, Lobe::trt) * f[2], load_energy(event, Lobe::trrt) * f[3],

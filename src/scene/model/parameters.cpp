@@ -109,10 +109,11 @@ constexpr Parameter table[] = {
      "what earlier passes found there, and the path ends. Biased; the bias is reported with its error"},
     {"/integrator/deep_light_depth", "--deep-light-depth", whole, in(2, 1 << 20), "", "", "3",
      "a path's first hit that learned deep light answers"},
-    {"/integrator/near", "--near", number_or_choice, in(0, 1e6), "", "nowhere, touching, everywhere", "2",
-     "hits traced from where the ray met the fiber, which rows do not know: where a fiber "
-     "is wider than this, in pixels (all from twice on); touching: there, and where fibers "
-     "touch, with more noise under small lights; 0 is nowhere"},
+    {"/integrator/near", "--near", number_or_choice, in(0, 1e6), "", "nowhere, seen, touching, everywhere", "2",
+     "hits traced from where the ray met the fiber, which rows do not know: where a fiber is wider than this, in "
+     "pixels "
+     "(all from twice on), and, but for small lights, where fibers touch; touching: for those too, with more noise; "
+     "seen: not where they touch; 0 is nowhere"},
     {"/integrator/adaptive", "--adaptive", flag, none, "", "", "with `--noise` and `--time`",
      "more samples where the picture is noisier, `samples` being their mean"},
     {"/integrator/spectral", "--spectral", flag, none, "", "", "false",
