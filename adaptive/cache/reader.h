@@ -63,7 +63,7 @@ class CacheReader final : public RowSource {
   /// Checks a row of knots and counts it. No program reads such rows any more.
   bool skip_knots(ByteReader& in, std::uint32_t number_of_knots);
   bool ribbons(ByteReader& in, std::uint32_t parts);
-  bool mixture(ByteReader& in);
+  bool mixture(ByteReader& in, std::uint32_t components);
   bool sketch(ByteReader& in);
 
   bool count(ByteReader& in, std::size_t size, const char* what, std::uint32_t* number);

@@ -24,7 +24,7 @@ struct Learning;
 
 /// Bytes in memory of a cached row.
 inline std::size_t cached_row_bytes(const CachedRow& row) {
-  return sizeof(CachedRow) + (row.ribbons ? row.ribbons->bytes() : 0);
+  return sizeof(CachedRow) + (row.ribbons() != nullptr ? row.ribbons()->bytes() : 0);
 }
 
 /// The answer of a row of a slice of samples, or of a node that coarser rows answer for.

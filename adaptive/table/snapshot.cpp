@@ -124,7 +124,9 @@ Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
 }
 
 bool Service::Table::may_answer(const Slice& slice, const CachedRow& row) const {
-  return row.state != RowState::converged || (row.ribbons ? row.ribbons->parts() : 0) == slice.parts;
+  const bool is_density = slice.description.kind == SliceKind::density;
+  if (row.density() != nullptr || is_density) return row.density() != nullptr && is_density;
+  return row.state != RowState::converged || (row.ribbons() != nullptr && row.ribbons()->parts() == slice.parts);
 }
 
 std::optional<Error> Service::Table::take(RowSource& rows) {

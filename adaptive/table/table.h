@@ -243,7 +243,7 @@ class Service::Table {
   // snapshot.cpp
   /// Why the service cannot have this slice; empty if it can.
   std::optional<Error> unusable(const SliceDescription& slice) const;
-  /// False for a converged row that the slice cannot use: one of the other kind, or with other parts.
+  /// False for a row that the slice cannot use: one of the other kind, or with other parts.
   bool may_answer(const Slice& slice, const CachedRow& row) const;
   /// Makes rows of cached rows until memory is full, first of those that answer at once. Keeps the rest as cached rows.
   std::optional<Error> take(RowSource& rows);

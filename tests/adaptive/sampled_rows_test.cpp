@@ -695,9 +695,9 @@ TEST(SampledRows, OfAnotherKindOrOtherPartsAreNotTaken) {
   Session first(target);
   first.pass();
   TableSnapshot image = first.service.snapshot();
-  image.slices[0].rows[0].ribbons.reset();
+  image.slices[0].rows[0].learned = CachedDensity{};
   const std::array<RibbonRow::Part, 1> one{{{Ribbon(), 0.5f}}};
-  image.slices[0].rows[1].ribbons = std::make_shared<const RibbonRow>(one);
+  image.slices[0].rows[1].learned = CachedSamples{std::make_shared<const RibbonRow>(one)};
   Session second(target, to_epsilon(), &image);
   EXPECT_EQ(second.service.peek(second.slice, 0, 0).state, RowState::absent);
   EXPECT_EQ(second.service.peek(second.slice, 0, 1).state, RowState::absent);
