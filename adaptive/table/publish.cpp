@@ -42,7 +42,7 @@ void Service::Table::update_rows(PassReport& report) {
   for (std::uint32_t i = 0; i < rows_.size(); ++i) {
     Row& row = rows_[i];
     Slice& slice = rows_.slice(row.slice);
-    if (slice.is_sampled()) continue;
+    if (!row.learning && slice.slots[row.node].mixture() == nullptr) continue;  // grow_samples() learns it
     const bool asked = slice.slots[row.node].queries.load(std::memory_order_relaxed) != slice.queries_before[row.node];
     const bool observed = row.learning && row.learning->observed.load(std::memory_order_relaxed) != 0;
     // The first cached row of a slice that is queried is audited, in addition to those chosen by key.
@@ -235,10 +235,11 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   for (SliceId p = 0; p < rows_.slice_count(); ++p) {
     Slice& slice = rows_.slice(p);
     if (!slice.has_index()) continue;
+    const bool has_samples = slice.description.kind == SliceKind::samples;
     for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
       Slot& slot = slice.slots[n];
       // A node that only forms have asked for counts as queried too; of samples once, since paths follow from queries.
-      const std::uint32_t unasked = slice.is_sampled() ? 0 : slice.queries_before[n];
+      const std::uint32_t unasked = has_samples ? 0 : slice.queries_before[n];
       const bool is_formed = slice.formed[n].exchange(0, std::memory_order_relaxed) != 0 &&
                              slot.queries.load(std::memory_order_relaxed) == unasked;
       if (is_formed) slot.queries.store(unasked + 1, std::memory_order_relaxed);
@@ -251,9 +252,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
         if (converged) report.converged_queries += queries;
         if (slot.has_answer() || slot.interpolated() != nullptr) report.answered_queries += queries;
         report.rows_coarse += slot.row == Slot::no_row ? 1 : 0;
-      } else if (slice.is_sampled()) {
-        continue;
-      } else if (learns_ && in_all >= options_.queries_before_creation && in_all > 0) {
+      } else if (learns_ && !has_samples && in_all >= options_.queries_before_creation && in_all > 0) {
         candidates.push_back({p, n, in_all, slice.light_at(n), slot.take_memo()});
       } else {
         slot.take_memo();

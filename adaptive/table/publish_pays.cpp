@@ -9,13 +9,11 @@ bool Service::Table::publish_pays(double share) const {
   if (!learns_) return false;
   const bool has_room = bytes_ < options_.memory_bytes;
   std::uint64_t queries = answered_queries_.sum() + unindexed_queries_.sum(), waiting = 0;
-  for (SliceId id = 0; id < rows_.slice_count(); ++id) {
+  for (const SliceId id : rows_.of_kind(SliceKind::samples)) {
+    if (samples_pay(id, share)) return true;
+  }
+  for (const SliceId id : rows_.of_kind(SliceKind::density)) {
     const Slice& slice = rows_.slice(id);
-    if (!slice.has_index()) continue;
-    if (slice.is_sampled()) {
-      if (samples_pay(id, share)) return true;
-      continue;
-    }
     for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
       const Slot& slot = slice.slots[n];
       const std::uint32_t in_all = slot.queries.load(std::memory_order_relaxed),

@@ -49,6 +49,7 @@ SliceId Rows::add_slice(const SliceDescription& description, bool has_index, std
   const SliceId id = slice_count();
   slices_.push_back(std::make_unique<Slice>(description, has_index, parts));
   by_key_.emplace(description.key, id);
+  if (has_index) of_kind_[static_cast<std::size_t>(description.kind)].push_back(id);
   return id;
 }
 

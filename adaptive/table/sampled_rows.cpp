@@ -104,7 +104,7 @@ void Service::Table::note_invalid_exits(const Row& row, std::uint64_t paths) {
 }
 
 Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t paths, bool to_epsilon,
-                                             const RibbonAnswer* parent) const {
+                                              const RibbonAnswer* parent) const {
   const Slice& of = rows_.slice(row.slice);
   const SliceDescription& slice = of.description;
   const float a = of.a_of(row.node), b = of.b_of(row.node);
@@ -201,9 +201,8 @@ void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<boo
 
 void Service::Table::grow_samples(PassReport& report, double done) {
   std::map<const Slice*, std::vector<bool>> moved_of;
-  for (SliceId id = 0; id < rows_.slice_count(); ++id) {
+  for (const SliceId id : rows_.of_kind(SliceKind::samples)) {
     Slice& slice = rows_.slice(id);
-    if (!slice.is_sampled() || !slice.has_index()) continue;
     const auto done_at = [&](std::size_t level) {
       const double of_slice = static_cast<double>(level) / static_cast<double>(slice.levels.coarse() + 1);
       return done + (1 - done) * (static_cast<double>(id) + of_slice) / static_cast<double>(rows_.slice_count());
@@ -259,8 +258,7 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
       for (const std::uint32_t stage : heard_stages) wanted = slice.heard.at(n).size() >= stage ? stage : wanted;
     }
     if (to_epsilon && answer != nullptr && wanted != 0) wanted = stage_after(answer->paths);
-    if (again[n] != 0 && answer == nullptr)
-      wanted = to_epsilon ? sampled_stages.front() : std::max(wanted, again[n]);
+    if (again[n] != 0 && answer == nullptr) wanted = to_epsilon ? sampled_stages.front() : std::max(wanted, again[n]);
     const bool may_grow = answer == nullptr || !to_epsilon || !answer->has_converged;
     const std::uint32_t had = answer != nullptr ? answer->paths : 0;
     if (!may_grow || wanted <= had) continue;

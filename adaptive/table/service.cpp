@@ -98,7 +98,7 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
     }
     if (is_off_axes || is_misuse("look_up", slice_id, node)) {
       RowView nothing = bare_view(RowState::absent, slice_id, node);
-      if (slice_id >= rows_.slice_count() || !rows_.slice(slice_id).is_sampled()) nothing.nodes = &no_light();
+      add_g(nothing, false);
       return nothing;
     }
   }
@@ -110,11 +110,16 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
     unindexed_queries_.add(1);
   }
   RowView view = slice.has_index() ? view_at(slice_id, node) : bare_view(RowState::absent, slice_id, node);
-  if (view.row == RowView::no_row && !slice.is_sampled()) add_g(view);
+  if (view.row == RowView::no_row) add_g(view, true);
   return view;
 }
 
-void Service::Table::add_g(RowView& view) {
+void Service::Table::add_g(RowView& view, bool may_trace) {
+  if (view.slice < rows_.slice_count() && rows_.slice(view.slice).description.kind == SliceKind::samples) return;
+  if (!may_trace) {
+    view.nodes = &no_light();
+    return;
+  }
   const Slice& slice = rows_.slice(view.slice);
   Slot* slot = slice.has_index() ? &slice.slots[view.node] : nullptr;
   if (slot != nullptr) view.nodes = Slot::target_of<TracedNodes>(slot->word.load(std::memory_order_acquire));
@@ -139,6 +144,12 @@ void Service::Table::add_g(RowView& view) {
   if (is_kept || !has_room) traces_.fetch_add(1, std::memory_order_relaxed);
 }
 
+Slice* Service::Table::indexed_slice(const RowView& view) const {
+  if (view.slice >= rows_.slice_count()) return nullptr;
+  Slice& slice = rows_.slice(view.slice);
+  return slice.has_index() && view.node < slice.description.node_count() ? &slice : nullptr;
+}
+
 double Service::Table::light(SliceId slice, std::uint32_t a, std::uint32_t b) const {
   const std::uint32_t node = node_of(slice, a, b);
   return node == no_node ? 0 : light_.share(rows_.slice(slice).light_at(node));
@@ -158,20 +169,16 @@ RowView Service::Table::peek(SliceId slice, std::uint32_t a, std::uint32_t b) {
 
 void Service::Table::credit(const RowView& view, float light, std::uint32_t events) {
   if (is_stale("credit", view)) return;
-  if (view.slice >= rows_.slice_count() || !rows_.slice(view.slice).has_index() ||
-      view.node >= rows_.slice(view.slice).description.node_count())
-    return;
-  const Slice& slice = rows_.slice(view.slice);
-  slice.events[view.node].fetch_add(events, std::memory_order_relaxed);
-  if (light > 0) slice.light[view.node].fetch_add(fixed_light(light), std::memory_order_relaxed);
+  const Slice* slice = indexed_slice(view);
+  if (slice == nullptr) return;
+  slice->events[view.node].fetch_add(events, std::memory_order_relaxed);
+  if (light > 0) slice->light[view.node].fetch_add(fixed_light(light), std::memory_order_relaxed);
 }
 
 void Service::Table::hear(const RowView& view, const SampledExit& exit) {
   if (is_stale("hear", view)) return;
-  if (view.slice >= rows_.slice_count() || !rows_.slice(view.slice).has_index() ||
-      !rows_.slice(view.slice).is_sampled() || view.node >= rows_.slice(view.slice).description.node_count())
-    return;
-  rows_.slice(view.slice).heard.add(view.node, exit);
+  Slice* slice = indexed_slice(view);
+  if (slice != nullptr && slice->parts > 0) slice->heard.add(view.node, exit);  // a density has no parts
 }
 
 void Service::Table::observe(const RowView& view, float x, float g) {

@@ -138,7 +138,6 @@ struct Slice {
   Slice& operator=(const Slice&) = delete;
 
   bool has_index() const { return slots != nullptr; }
-  bool is_sampled() const { return description.kind == SliceKind::samples; }
   static std::size_t index_bytes(const SliceDescription& d) {
     return d.node_count() * (sizeof(Slot) + sizeof(std::uint64_t) + 2 * sizeof(std::uint32_t) + sizeof(std::uint8_t));
   }

@@ -64,7 +64,7 @@ std::optional<Error> Service::Table::unusable(const SliceDescription& slice) con
   if (slice.coarse_rows_of) {
     const SliceId* found = rows_.find(*slice.coarse_rows_of);
     const Slice* other = found != nullptr ? &rows_.slice(*found) : nullptr;
-    if (!samples || other == nullptr || !other->is_sampled() || !same_axes(other->description, normal_form(slice)) ||
+    if (!samples || other == nullptr || !same_axes(other->description, normal_form(slice)) ||
         other->description.coarse != slice.coarse || samples_->parts(other->description) != samples_->parts(slice))
       return Error{"", describe(slice), "coarse rows of a slice of samples with the same grids that was added before",
                    other == nullptr ? "none" : describe(other->description)};
@@ -157,7 +157,7 @@ std::optional<Error> Service::Table::take(RowSource& rows) {
         slice.stored.insert_or_assign(row->node, *row);
         // Whether a coarse row is good enough is known once the light of its node is; an open row of samples has
         // nothing to start from.
-        const bool waits = !answering && (light_.is_driven() || slice.is_sampled());
+        const bool waits = !answering && (light_.is_driven() || row->density() == nullptr);
         if (!slice.has_index() || !room || waits) continue;
         const std::uint32_t queries = slice.slots[row->node].queries.load(std::memory_order_relaxed);
         candidates.push_back({id, row->node, queries, 0, nullptr});

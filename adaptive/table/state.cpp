@@ -361,7 +361,8 @@ struct Service::Table::Saved {
       row.set_count(count);
       fields.require(kind <= static_cast<std::uint8_t>(Kind::refusal) && row.audit <= Audit::due &&
                          std::isfinite(row.energy) &&
-                         (marks.kind == Kind::answer || slice->is_sampled() == (marks.kind == Kind::refusal)),
+                         (marks.kind == Kind::answer ||
+                          (slice->description.kind == SliceKind::samples) == (marks.kind == Kind::refusal)),
                      "a row as of its slice", "another");
       if (marks.kind == Kind::learning && fields.good())
         row.learning = std::make_unique<Learning>(slice->description.blur_rad, *table.options_.learner);

@@ -289,8 +289,11 @@ class Service::Table {
   PassReport end_pass(std::uint64_t paths);
   /// Traces a node. Returns null and reports it if the target throws or gives rays that TracedRay does not allow.
   std::unique_ptr<const TracedNodes> trace(SliceId slice, std::uint32_t node) const;
-  /// Gives the view of an absent node of a density its g: traced once a pass, while memory lasts. Thread-safe.
-  void add_g(RowView& view);
+  /// Gives the view of an absent node of a density its g: traced once a pass, while memory lasts, or 0 if it may not be
+  /// traced. Of samples there is no g. Thread-safe.
+  void add_g(RowView& view, bool may_trace);
+  /// The slice of a view whose node exists; null without an index.
+  Slice* indexed_slice(const RowView& view) const;
   /// Updates the slot of the row, which readers use from now on. One row at a time.
   void show(Row& row, Outcome& outcome);
 
