@@ -26,7 +26,7 @@ HeardTest Service::Table::test_by_heard() {
     for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
       const std::span<const SampledExit> heard = slice.heard.at(n);
       if (heard.size() < least_paths) continue;
-      const SampledAnswer answer = answer_of(slice, n, slice.levels.coarse());
+      const SampledAnswer answer = answer_of(slice, n);
       if (!answer) continue;
       const std::size_t paths = heard.size() / sets;  // per set; the paths are in random order
       HeldOutTest test(answer.answer->row);

@@ -11,29 +11,28 @@
 
 namespace tress::inline v0_2::adaptive {
 
-Service::Table::SampledAnswer Service::Table::answer_of(Slice& slice, std::uint32_t node, std::size_t level) {
+Service::Table::SampledAnswer Service::Table::answer_of(Slice& slice, std::uint32_t node) {
   const std::uintptr_t word = slice.slots[node].word.load(std::memory_order_acquire);
   const Slot::Kind kind = Slot::kind_of(word);
   if (kind == Slot::Kind::ribbons || kind == Slot::Kind::interpolated)
     return {Slot::target_of<RibbonAnswer>(word), nullptr};
   if (kind == Slot::Kind::refusal) return {};
-  if (slice.coarse_rows != nullptr && level < slice.levels.coarse()) {
-    const SampledAnswer theirs = answer_of(*slice.coarse_rows, node, level);
+  if (slice.grid.has(node)) {
+    const SampledAnswer theirs = slice.coarse_rows != nullptr ? answer_of(*slice.coarse_rows, node) : SampledAnswer();
     if (!theirs) return {};
     auto copy = std::make_unique<RibbonAnswer>(*theirs);
     copy->has_converged = false;
     return keep_interpolated(slice, node, std::move(copy));
   }
-  if (level == 0) return {};
-  const Levels::Corners corners = slice.levels.around(level - 1, node);
-  if (corners.count == 1 && corners.all[0].node == node) return answer_of(slice, node, level - 1);
+  if (slice.grid.empty()) return {};
 
+  const CoarseGrid::Corners corners = slice.grid.around(node);
   std::array<SampledAnswer, 4> parents;
   std::array<DecodedRow, 4> decoded;
   std::array<WeightedRow, 4> rows;
   auto made = std::make_unique<RibbonAnswer>();
   for (std::uint32_t i = 0; i < corners.count; ++i) {
-    parents[i] = answer_of(slice, corners.all[i].node, level - 1);
+    parents[i] = answer_of(slice, corners.all[i].node);
     if (!parents[i]) return {};
     const RibbonAnswer& parent = *parents[i];
     decoded[i] = DecodedRow(parent.row);
@@ -77,7 +76,7 @@ RowView Service::Table::view_at(SliceId id, std::uint32_t node) {
   view.node = node;
   view.pass = pass_;
   if (slot.row != Slot::no_row) return view;
-  const SampledAnswer answer = answer_of(slice, node, slice.levels.coarse());
+  const SampledAnswer answer = answer_of(slice, node);
   if (!answer) return view;
   view.ribbons = &answer->row;
   view.objective = answer->objective;
@@ -87,13 +86,12 @@ RowView Service::Table::view_at(SliceId id, std::uint32_t node) {
 }
 
 void Service::Table::forget_interpolated(SliceId id, std::vector<bool> moved) {
+  if (std::ranges::find(moved, true) == moved.end()) return;
   Slice& slice = rows_.slice(id);
-  for (std::size_t level = 1; level <= slice.levels.coarse(); ++level) {
-    for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
-      if (!slice.levels.has(level, n) || slice.slots[n].row != Slot::no_row) continue;
-      for (const Levels::Corner& corner : slice.levels.around(level - 1, n)) {
-        if (moved[corner.node]) moved[n] = true;
-      }
+  for (std::uint32_t n = 0; n < slice.description.node_count() && !slice.grid.empty(); ++n) {
+    if (slice.grid.has(n) || slice.slots[n].row != Slot::no_row) continue;
+    for (const CoarseGrid::Corner& corner : slice.grid.around(n)) {
+      if (moved[corner.node]) moved[n] = true;
     }
   }
   for (const std::uint32_t form : slice.forms) forms_.drop_if(form, [&](std::uint32_t node) { return moved[node]; });

@@ -30,23 +30,23 @@ bool Service::Table::publish_pays(double share) const {
 bool Service::Table::samples_pay(SliceId id, double share) const {
   if (!options_.own_paths) return true;  // rows grow by what was heard
   const Slice& slice = rows_.slice(id);
-  const std::size_t finest = slice.levels.coarse();
   double asked = 0, waiting = 0;
-  for (std::size_t level = 0; level <= finest; ++level) {
-    const std::vector<double> events = gathered_events(slice, level);
-    const bool to_epsilon = level == finest && learns_to_epsilon();
+  for (const bool is_coarse : {true, false}) {
+    if (is_coarse && slice.grid.empty()) continue;
+    const std::vector<double> events = gathered_events(slice, is_coarse);
+    const bool to_epsilon = !is_coarse && learns_to_epsilon();
     for (std::uint32_t n = 0; n < events.size(); ++n) {
       const Slot& slot = slice.slots[n];
-      if (!slice.levels.has(level, n) || slot.is_refused()) continue;
+      if ((is_coarse && !slice.grid.has(n)) || slot.is_refused()) continue;
       const RibbonAnswer* answer = slot.ribbons();
-      if (level == finest) asked += events[n];
+      if (!is_coarse) asked += events[n];
       if (to_epsilon && answer != nullptr && answer->has_converged) continue;
-      // Rows of a coarse level grow once one has twice the events that it needs.
-      const std::uint32_t wanted = wanted_paths(id, level, level < finest ? events[n] / 2 : events[n]);
+      // Coarse rows grow once one has twice the events that it needs.
+      const std::uint32_t wanted = wanted_paths(id, is_coarse, is_coarse ? events[n] / 2 : events[n]);
       const bool grows = to_epsilon && answer != nullptr
           ? wanted != 0 && answer->paths<most_paths() : wanted>(answer != nullptr ? answer->paths : 0);
       if (!grows) continue;
-      if (level < finest) return true;
+      if (is_coarse) return true;
       waiting += events[n];
     }
   }

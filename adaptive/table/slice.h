@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "observations/heard_exits.h"
-#include "table/levels.h"
+#include "table/coarse_grid.h"
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/target.h"
@@ -122,7 +122,7 @@ struct Slice {
   /// has_index: false if memory has no room for one. The nodes are then traced at every query and never learned.
   /// parts_of_node: SampledTarget::parts() of a slice of samples, else 0.
   Slice(const SliceDescription& d, bool has_index, std::uint32_t parts_of_node)
-      : description(d), parts(parts_of_node), levels(d) {
+      : description(d), parts(parts_of_node), grid(d) {
     if (!has_index) return;
     slots = std::make_unique<Slot[]>(d.node_count());
     light = std::make_unique<std::atomic<std::uint64_t>[]>(d.node_count());
@@ -161,7 +161,7 @@ struct Slice {
 
   SliceDescription description;
   std::uint32_t parts;  ///< of each node of samples
-  Levels levels;
+  CoarseGrid grid;
   Slice* coarse_rows = nullptr;           ///< the slice whose coarse rows answer for this one; null: it has its own
   std::vector<const Slice*> answers_for;  ///< the slices whose coarse_rows is this one; they have an index
   std::unique_ptr<Slot[]> slots;          ///< null without an index, as are the next three

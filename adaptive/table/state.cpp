@@ -553,7 +553,7 @@ void Service::Table::take_slice(SavedSlice& saved, Slice& slice, const std::vect
     bytes_ += slice.heard.restore(slice.description.node_count(), heard.node, std::move(heard.exits));
   kept_before_ = &saved.interpolated;
   kept_slice_ = &slice;
-  for (const std::uint32_t node : saved.interpolated) (void)answer_of(slice, node, slice.levels.coarse());
+  for (const std::uint32_t node : saved.interpolated) (void)answer_of(slice, node);
   for (std::size_t i = 0; i < saved.made.size(); ++i) {
     for (const std::uint32_t node : saved.made[i]) make_again(forms_.rows(slice.forms[i]), node);
   }

@@ -166,19 +166,19 @@ class Service::Table {
   /// done: the share of the pass's work before it, for goes_on().
   void grow_samples(PassReport& report, double done);
   void note_invalid_exits(const Row& row, std::uint64_t paths);
-  /// Does that for the rows of one level of one slice. again: by node, the paths of rows that start again, else 0.
-  /// moved: set for every node whose answer has changed.
-  void grow_level(SliceId slice, std::size_t level, const std::vector<std::uint32_t>& again, std::vector<bool>& moved,
-                  PassReport& report);
+  /// Does that for the coarse rows of one slice, or for all of its rows. again: by node, the paths of rows that start
+  /// again, else 0. moved: set for every node whose answer has changed.
+  void grow_rows(SliceId slice, bool is_coarse, const std::vector<std::uint32_t>& again, std::vector<bool>& moved,
+                 PassReport& report);
   bool learns_to_epsilon() const { return options_.learns_to_epsilon || options_.picture_error > 0; }
   /// The largest number of paths from which a row of samples is learned.
   std::uint32_t most_paths() const;
-  /// Events by node of a level: the events of each node are shared among the nodes of the level around it.
-  std::vector<double> gathered_events(const Slice& slice, std::size_t level) const;
+  /// Events by node. is_coarse: those of each node are shared among the nodes of the coarse grid around it.
+  std::vector<double> gathered_events(const Slice& slice, bool is_coarse) const;
   /// Draws from a node over all passes, those included that a coarse row of the slice answered for other slices.
   double asked_of_coarse(const Slice& slice, std::uint32_t node) const;
-  /// The number of paths that a row at a node of a level is to have; 0 if it gets no row yet.
-  std::uint32_t wanted_paths(SliceId slice, std::size_t level, double events) const;
+  /// The number of paths that a row is to have, a coarse one or one of its own; 0 if the node gets no row yet.
+  std::uint32_t wanted_paths(SliceId slice, bool is_coarse, double events) const;
   /// Whether rows of a slice of samples would grow: coarse ones, or others with at least `share` of its events.
   bool samples_pay(SliceId slice, double share) const;
   /// Learns a row up to `paths`, and further if it is to learn until it passes its test. parent: what answered before a
@@ -190,9 +190,8 @@ class Service::Table {
   void audit_slice(SliceId slice, PassReport& report, std::vector<bool>& moved);
 
   // interpolation.cpp
-  /// The answer of a node by its own row, or by rows of the levels above `level`; empty if they have no answer.
-  /// Thread-safe.
-  SampledAnswer answer_of(Slice& slice, std::uint32_t node, std::size_t level);
+  /// The answer of a node by its own row, or else by coarse rows; empty if they have no answer. Thread-safe.
+  SampledAnswer answer_of(Slice& slice, std::uint32_t node);
   SampledAnswer keep_interpolated(Slice& slice, std::uint32_t node, std::unique_ptr<const RibbonAnswer> made);
   /// The view that a reader gets of a node of a slice with an index, but for g of an absent node. Thread-safe.
   RowView view_at(SliceId slice, std::uint32_t node);
