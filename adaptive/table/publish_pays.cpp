@@ -27,32 +27,6 @@ bool Service::Table::publish_pays(double share) const {
   return waiting > 0 && static_cast<double>(waiting) >= share * static_cast<double>(queries);
 }
 
-bool Service::Table::samples_pay(SliceId id, double share) const {
-  if (!options_.own_paths) return true;  // rows grow by what was heard
-  const Slice& slice = rows_.slice(id);
-  double asked = 0, waiting = 0;
-  for (const bool is_coarse : {true, false}) {
-    if (is_coarse && slice.grid.empty()) continue;
-    const std::vector<double> events = gathered_events(slice, is_coarse);
-    const bool to_epsilon = !is_coarse && learns_to_epsilon();
-    for (std::uint32_t n = 0; n < events.size(); ++n) {
-      const Slot& slot = slice.slots[n];
-      if ((is_coarse && !slice.grid.has(n)) || slot.is_refused()) continue;
-      const RibbonAnswer* answer = slot.ribbons();
-      if (!is_coarse) asked += events[n];
-      if (to_epsilon && answer != nullptr && answer->has_converged) continue;
-      // Coarse rows grow once one has twice the events that it needs.
-      const std::uint32_t wanted = wanted_paths(id, is_coarse, is_coarse ? events[n] / 2 : events[n]);
-      const bool grows = to_epsilon && answer != nullptr
-          ? wanted != 0 && answer->paths<most_paths() : wanted>(answer != nullptr ? answer->paths : 0);
-      if (!grows) continue;
-      if (is_coarse) return true;
-      waiting += events[n];
-    }
-  }
-  return waiting > 0 && waiting >= share * asked;
-}
-
 bool Service::publish_pays(double share) const { return table_->publish_pays(share); }
 
 }  // namespace tress::inline v0_2::adaptive

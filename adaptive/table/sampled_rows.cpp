@@ -229,15 +229,10 @@ void Service::Table::grow_samples(PassReport& report, double done) {
   }
 }
 
-void Service::Table::grow_rows(SliceId id, bool is_coarse, const std::vector<std::uint32_t>& again,
-                               std::vector<bool>& moved, PassReport& report) {
-  Slice& slice = rows_.slice(id);
+std::vector<Service::Table::Growth> Service::Table::growths(SliceId id, bool is_coarse,
+                                                            const std::vector<std::uint32_t>& again) const {
+  const Slice& slice = rows_.slice(id);
   const std::vector<double> events = gathered_events(slice, is_coarse);
-  struct Growth {
-    std::uint32_t node, paths;
-    std::uint64_t light;
-    double events;
-  };
   std::vector<Growth> growths;
   // What was made of a coarse row for the nodes around it is freed when it grows. So coarse rows grow together, once
   // one of them has twice the events that it needs.
@@ -253,20 +248,39 @@ void Service::Table::grow_rows(SliceId id, bool is_coarse, const std::vector<std
       for (const std::uint32_t stage : heard_stages) wanted = slice.heard.at(n).size() >= stage ? stage : wanted;
     }
     if (to_epsilon && answer != nullptr && wanted != 0) wanted = stage_after(answer->paths);
-    if (again[n] != 0 && answer == nullptr) wanted = to_epsilon ? sampled_stages.front() : std::max(wanted, again[n]);
+    const std::uint32_t restart = again.empty() ? 0 : again[n];
+    if (restart != 0 && answer == nullptr) wanted = to_epsilon ? sampled_stages.front() : std::max(wanted, restart);
     const bool may_grow = answer == nullptr || !to_epsilon || !answer->has_converged;
     const std::uint32_t had = answer != nullptr ? answer->paths : 0;
     if (!may_grow || wanted <= had) continue;
-    is_time = is_time || again[n] != 0 || to_epsilon || wanted_paths(id, is_coarse, events[n] / 2) > had;
+    is_time = is_time || restart != 0 || wanted_paths(id, is_coarse, events[n] / 2) > had;
     growths.push_back({n, wanted, slice.light_at(n), events[n]});
   }
-  if (!is_time) return;
+  if (!is_time) return {};
   std::ranges::sort(growths, [](const Growth& x, const Growth& y) {
     if (x.light != y.light) return x.light > y.light;
     return x.events != y.events ? x.events > y.events : x.node < y.node;
   });
+  return growths;
+}
+
+bool Service::Table::samples_pay(SliceId id, double share) const {
+  if (!options_.own_paths) return true;  // rows grow by what was heard
+  const Slice& slice = rows_.slice(id);
+  if (!slice.grid.empty() && !growths(id, true, {}).empty()) return true;
+  double asked = 0, waiting = 0;
+  for (std::uint32_t n = 0; n < slice.description.node_count(); ++n)
+    asked += slice.slots[n].is_refused() ? 0 : static_cast<double>(slice.asked(n));
+  for (const Growth& one : growths(id, false, {})) waiting += one.events;
+  return waiting > 0 && waiting >= share * asked;
+}
+
+void Service::Table::grow_rows(SliceId id, bool is_coarse, const std::vector<std::uint32_t>& again,
+                               std::vector<bool>& moved, PassReport& report) {
+  Slice& slice = rows_.slice(id);
+  std::vector<Growth> growing = growths(id, is_coarse, again);
   // New rows need room; existing rows keep theirs.
-  std::erase_if(growths, [&](const Growth& one) {
+  std::erase_if(growing, [&](const Growth& one) {
     if (slice.slots[one.node].row != Slot::no_row) return false;
     const std::size_t size = sizeof(Row) + sizeof(RibbonAnswer);
     if (!takes(size)) {
@@ -289,16 +303,16 @@ void Service::Table::grow_rows(SliceId id, bool is_coarse, const std::vector<std
     changes_.push_back({id, row.node});
     return slice.slots[one.node].ribbons()->paths >= one.paths;
   });
-  std::vector<Outcome> outcomes(growths.size());
-  in_parallel(growths.size(), [&](std::size_t i) {
-    const Growth& one = growths[i];
+  std::vector<Outcome> outcomes(growing.size());
+  in_parallel(growing.size(), [&](std::size_t i) {
+    const Growth& one = growing[i];
     const Row& row = rows_[slice.slots[one.node].row];
     SampledAnswer parent;
     if (slice.slots[one.node].ribbons() == nullptr) parent = answer_of(slice, one.node);
-    outcomes[i] = learn(row, one.paths, to_epsilon, parent.answer);
+    outcomes[i] = learn(row, one.paths, !is_coarse && learns_to_epsilon(), parent.answer);
   });
-  for (std::size_t i = 0; i < growths.size(); ++i) {
-    Row& row = rows_[slice.slots[growths[i].node].row];
+  for (std::size_t i = 0; i < growing.size(); ++i) {
+    Row& row = rows_[slice.slots[growing[i].node].row];
     Outcome& outcome = outcomes[i];
     const std::size_t before = rows_.bytes_of(row);
     if (outcome.ribbons) {

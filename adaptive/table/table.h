@@ -166,8 +166,16 @@ class Service::Table {
   /// done: the share of the pass's work before it, for goes_on().
   void grow_samples(PassReport& report, double done);
   void note_invalid_exits(const Row& row, std::uint64_t paths);
-  /// Does that for the coarse rows of one slice, or for all of its rows. again: by node, the paths of rows that start
-  /// again, else 0. moved: set for every node whose answer has changed.
+  /// A row of samples that is to have more paths.
+  struct Growth {
+    std::uint32_t node, paths;
+    std::uint64_t light;
+    double events;
+  };
+  /// The coarse rows of one slice that are to grow, or all of its rows; those of most light come first. again: by node,
+  /// the paths of rows that start again, else 0; empty if no row does.
+  std::vector<Growth> growths(SliceId slice, bool is_coarse, const std::vector<std::uint32_t>& again) const;
+  /// Lets them grow, while memory lasts. moved: set for every node whose answer has changed.
   void grow_rows(SliceId slice, bool is_coarse, const std::vector<std::uint32_t>& again, std::vector<bool>& moved,
                  PassReport& report);
   bool learns_to_epsilon() const { return options_.learns_to_epsilon || options_.picture_error > 0; }
