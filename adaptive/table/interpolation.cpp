@@ -26,21 +26,21 @@ Service::Table::SampledAnswer Service::Table::answer_of(Slice& slice, std::uint3
   }
   if (slice.grid.empty()) return {};
 
-  const CoarseGrid::Corners corners = slice.grid.around(node);
-  std::array<SampledAnswer, 4> parents;
   std::array<DecodedRow, 4> decoded;
   std::array<WeightedRow, 4> rows;
+  std::size_t count = 0;
   auto made = std::make_unique<RibbonAnswer>();
-  for (std::uint32_t i = 0; i < corners.count; ++i) {
-    parents[i] = answer_of(slice, corners.all[i].node);
-    if (!parents[i]) return {};
-    const RibbonAnswer& parent = *parents[i];
-    decoded[i] = DecodedRow(parent.row);
-    rows[i] = {&decoded[i], corners.all[i].weight};
-    made->objective = i == 0 ? parent.objective : std::max(made->objective, parent.objective);
-    made->paths = i == 0 ? parent.paths : std::min(made->paths, parent.paths);
+  for (const CoarseGrid::Corner& corner : slice.grid.around(node)) {
+    if (!(corner.weight > 0)) continue;
+    const SampledAnswer parent = answer_of(slice, corner.node);
+    if (!parent) return {};
+    made->objective = std::max(made->objective, parent->objective);
+    made->paths = count == 0 ? parent->paths : std::min(made->paths, parent->paths);
+    decoded[count] = DecodedRow(parent->row);
+    rows[count] = {&decoded[count], corner.weight};
+    ++count;
   }
-  made->row = interpolate_rows({rows.data(), corners.count});
+  made->row = interpolate_rows({rows.data(), count});
   made->has_converged = false;
   return keep_interpolated(slice, node, std::move(made));
 }
@@ -91,7 +91,7 @@ void Service::Table::forget_interpolated(SliceId id, std::vector<bool> moved) {
   for (std::uint32_t n = 0; n < slice.description.node_count() && !slice.grid.empty(); ++n) {
     if (slice.grid.has(n) || slice.slots[n].row != Slot::no_row) continue;
     for (const CoarseGrid::Corner& corner : slice.grid.around(n)) {
-      if (moved[corner.node]) moved[n] = true;
+      if (corner.weight > 0 && moved[corner.node]) moved[n] = true;
     }
   }
   for (const std::uint32_t form : slice.forms) forms_.drop_if(form, [&](std::uint32_t node) { return moved[node]; });

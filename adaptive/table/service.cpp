@@ -266,6 +266,7 @@ HeardTest Service::test_by_heard() const { return table_->test_by_heard(); }
 void Service::observe(const RowView& row, float x, float g) const { table_->observe(row, x, g); }
 void Service::score(const RowView& row, float x, float g, float q) const { table_->score(row, x, g, q); }
 void Service::set_learning(bool on) { table_->set_learning(on); }
+bool Service::publish_pays(double share) const { return table_->publish_pays(share); }
 PassReport Service::publish(std::uint64_t paths) { return table_->publish(paths); }
 RowView Service::peek(SliceId slice, std::uint32_t a, std::uint32_t b) const { return table_->peek(slice, a, b); }
 double Service::light(SliceId slice, std::uint32_t a, std::uint32_t b) const { return table_->light(slice, a, b); }
