@@ -160,7 +160,7 @@ Service::Table::Outcome Service::Table::audit_samples(const Row& row) const {
   return outcome;
 }
 
-void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<bool>& moved) {
+std::vector<std::uint32_t> Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<bool>& moved) {
   Slice& slice = rows_.slice(id);
   std::vector<std::uint32_t> due, others;
   bool asks = false;
@@ -170,15 +170,15 @@ void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<boo
     (row.audit == Audit::due ? due : others).push_back(i);
   }
   for (std::uint32_t n = 0; n < slice.description.node_count() && !asks; ++n) asks = asked_of_coarse(slice, n) > 0;
-  if (!asks || (due.empty() && others.empty())) return;
+  if (!asks || (due.empty() && others.empty())) return {};
   if (due.empty() && !slice.audited) {  // the first row is audited for its slice
     due.push_back(others.front());
     others.erase(others.begin());
   }
   slice.audited = true;
-  bool fits = true;
+  std::vector<std::uint32_t> again;
   for (const std::vector<std::uint32_t>* group : {&due, &others}) {
-    if (group == &others && fits) break;  // the slice fits: the rest need no audit
+    if (group == &others && again.empty()) break;  // the slice fits: the rest need no audit
     std::vector<Outcome> outcomes(group->size());
     in_parallel(group->size(), [&](std::size_t i) { outcomes[i] = audit_samples(rows_[(*group)[i]]); });
     for (std::size_t i = 0; i < group->size(); ++i) {
@@ -186,14 +186,15 @@ void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<boo
       row.audit = Audit::none;
       account(outcomes[i], report);
       if (!outcomes[i].audit_failed) continue;
-      fits = false;
       row.raise_generation();
       ++reopened_;
-      const RibbonAnswer& old = *rows_.slot_of(row).ribbons();
-      stale_.push_back({(*group)[i], old.paths});
+      again.resize(moved.size(), 0);
+      again[row.node] = rows_.slot_of(row).ribbons()->paths;
+      rows_.clear(row);
       moved[row.node] = true;
     }
   }
+  return again;
 }
 
 void Service::Table::grow_samples(PassReport& report, double done) {
@@ -210,19 +211,13 @@ void Service::Table::grow_samples(PassReport& report, double done) {
       const std::vector<bool>& theirs = moved_of.at(slice.coarse_rows);
       for (std::uint32_t n = 0; n < moved.size(); ++n) moved[n] = theirs[n] && slice.grid.has(n);
     }
-    stale_.clear();
-    if (grows) audit_slice(id, report, moved);
     // A row that does not fit its target starts again, with as many paths as it had.
-    std::vector<std::uint32_t> again(moved.size(), 0);
-    for (const Stale& one : stale_) {
-      again[rows_[one.row].node] = one.paths;
-      rows_.clear(rows_[one.row]);
-    }
+    const std::vector<std::uint32_t> again = grows ? audit_slice(id, report, moved) : std::vector<std::uint32_t>();
     if (!slice.grid.empty()) {
       if (grows) grow_rows(id, true, again, moved, report);
       forget_interpolated(id, moved);
       // Rows that start again may have no answer yet, so such a slice is not left half-way.
-      if (stale_.empty()) grows = goes_on(done_with(0.5));
+      if (again.empty()) grows = goes_on(done_with(0.5));
     }
     if (grows) grow_rows(id, false, again, moved, report);
     forget_interpolated(id, moved);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "table/table.h"
+#include "tress/adaptive/to_string.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace {
@@ -16,11 +17,7 @@ bool same_axes(const SliceDescription& a, const SliceDescription& b) {
   return a.axis_a == b.axis_a && a.axis_b == b.axis_b && a.blur_rad == b.blur_rad && a.kind == b.kind;
 }
 
-std::string describe(const SliceDescription& slice) {
-  std::string text = "slice of lobe " + std::to_string(slice.key.lobe);
-  for (const float parameter : slice.key.told_parameters()) text += ", " + std::to_string(parameter);
-  return text;
-}
+std::string describe(const SliceDescription& slice) { return "slice of " + to_string(slice.key); }
 
 std::string describe_axes(const SliceDescription& slice) {
   return std::to_string(slice.axis_a.size()) + " x " + std::to_string(slice.axis_b.size()) + " nodes, " +

@@ -138,10 +138,6 @@ class Service::Table {
     const RibbonAnswer* operator->() const { return answer; }
     const RibbonAnswer& operator*() const { return *answer; }
   };
-  /// A row of samples that did not fit its target: its index, and the number of paths that it had.
-  struct Stale {
-    std::uint32_t row, paths;
-  };
 
   /// The epsilon that the row at a node must reach. energy: the mass of g there, for rows of densities.
   double epsilon_of(SliceId slice, std::uint32_t node, float energy) const {
@@ -194,8 +190,9 @@ class Service::Table {
   Outcome learn(const Row& row, std::uint32_t paths, bool to_epsilon, const RibbonAnswer* parent) const;
   /// Tests a row of a cache on fresh draws.
   Outcome audit_samples(const Row& row) const;
-  /// Tests rows of a cache once their slice is queried, and all of them if one does not fit. Fills stale_.
-  void audit_slice(SliceId slice, PassReport& report, std::vector<bool>& moved);
+  /// Tests rows of a cache once their slice is queried, and all of them if one does not fit. Returns, by node, the
+  /// paths of those that do not fit and are cleared; empty if all fit.
+  std::vector<std::uint32_t> audit_slice(SliceId slice, PassReport& report, std::vector<bool>& moved);
 
   // interpolation.cpp
   /// The answer of a node by its own row, or else by coarse rows; empty if they have no answer. Thread-safe.
@@ -318,7 +315,6 @@ class Service::Table {
   /// The nodes of a slice whose interpolated answers a state had kept, ascending; set while the state is taken over.
   const std::vector<std::uint32_t>* kept_before_ = nullptr;
   const Slice* kept_slice_ = nullptr;
-  std::vector<Stale> stale_;  ///< rows of the slice that grow_samples() works on
   std::vector<Error> refusals_;
   std::function<void(const RowReport&)> listener_;
   bool learns_ = true;
