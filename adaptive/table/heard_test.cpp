@@ -29,10 +29,10 @@ HeardTest Service::Table::test_by_heard() {
       const SampledAnswer answer = answer_of(slice, n);
       if (!answer) continue;
       const std::size_t paths = heard.size() / sets;  // per set; the paths are in random order
-      HeldOutTest test(answer.answer->row);
+      HeldOutTest test(answer->row);
       std::array<std::vector<SampledExit>, sets> of_set;
       for (std::size_t i = 0; i < sets * paths; ++i) {
-        if (heard[i].part < answer.answer->row.parts()) of_set[i % sets].push_back(heard[i]);
+        if (heard[i].part < answer->row.parts()) of_set[i % sets].push_back(heard[i]);
       }
       for (std::size_t s = 0; s < sets; ++s) test.add(s, of_set[s]);
       const HeldOutCells cells = test.found(static_cast<std::uint32_t>(paths));

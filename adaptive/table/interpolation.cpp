@@ -15,7 +15,7 @@ Service::Table::SampledAnswer Service::Table::answer_of(Slice& slice, std::uint3
   const std::uintptr_t word = slice.slots[node].word.load(std::memory_order_acquire);
   const Slot::Kind kind = Slot::kind_of(word);
   if (kind == Slot::Kind::ribbons || kind == Slot::Kind::interpolated)
-    return {Slot::target_of<RibbonAnswer>(word), nullptr};
+    return without_owner(Slot::target_of<RibbonAnswer>(word));
   if (kind == Slot::Kind::refusal) return {};
   if (slice.grid.has(node)) {
     const SampledAnswer theirs = slice.coarse_rows != nullptr ? answer_of(*slice.coarse_rows, node) : SampledAnswer();
@@ -55,17 +55,16 @@ Service::Table::SampledAnswer Service::Table::keep_interpolated(Slice& slice, st
                             : others + before + made->bytes() <= options_.memory_bytes;
   if (slot.row != Slot::no_row || !has_room) {
     formed_bytes_.fetch_sub(made->bytes(), std::memory_order_relaxed);
-    std::shared_ptr<const RibbonAnswer> kept = std::move(made);
-    return {kept.get(), kept};
+    return made;
   }
   const auto [there, is_first] = slot.put_first(std::move(made), Slot::Kind::interpolated);
   if (!is_first) {
     formed_bytes_.fetch_sub(sizeof(RibbonAnswer), std::memory_order_relaxed);
-    return {there, nullptr};
+    return without_owner(there);
   }
   const std::scoped_lock lock(interpolated_mutex_);
   slice.interpolated.push_back(node);
-  return {there, nullptr};
+  return without_owner(there);
 }
 
 RowView Service::Table::view_at(SliceId id, std::uint32_t node) {
@@ -81,7 +80,7 @@ RowView Service::Table::view_at(SliceId id, std::uint32_t node) {
   view.ribbons = &answer->row;
   view.objective = answer->objective;
   view.paths = answer->paths;
-  view.kept = answer.kept;
+  if (answer.use_count() > 0) view.kept = answer;
   return view;
 }
 

@@ -304,7 +304,7 @@ void Service::Table::grow_rows(SliceId id, bool is_coarse, const std::vector<std
     const Row& row = rows_[slice.slots[one.node].row];
     SampledAnswer parent;
     if (slice.slots[one.node].ribbons() == nullptr) parent = answer_of(slice, one.node);
-    outcomes[i] = learn(row, one.paths, !is_coarse && learns_to_epsilon(), parent.answer);
+    outcomes[i] = learn(row, one.paths, !is_coarse && learns_to_epsilon(), parent.get());
   });
   for (std::size_t i = 0; i < growing.size(); ++i) {
     Row& row = rows_[slice.slots[growing[i].node].row];

@@ -130,14 +130,9 @@ class Service::Table {
     std::unique_ptr<const RibbonAnswer> ribbons;
     bool refused = false;
   };
-  /// The answer of a node of samples. kept: owns the answer if the table had no room for it.
-  struct SampledAnswer {
-    const RibbonAnswer* answer = nullptr;
-    std::shared_ptr<const RibbonAnswer> kept;
-    explicit operator bool() const { return answer != nullptr; }
-    const RibbonAnswer* operator->() const { return answer; }
-    const RibbonAnswer& operator*() const { return *answer; }
-  };
+  /// The answer of a node of samples. It has an owner only if the table had no room for it.
+  using SampledAnswer = std::shared_ptr<const RibbonAnswer>;
+  static SampledAnswer without_owner(const RibbonAnswer* answer) { return {std::shared_ptr<void>(), answer}; }
 
   /// The epsilon that the row at a node must reach. energy: the mass of g there, for rows of densities.
   double epsilon_of(SliceId slice, std::uint32_t node, float energy) const {
