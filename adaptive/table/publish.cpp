@@ -112,18 +112,15 @@ void Service::Table::start_anew(Row& row, std::unique_ptr<const TracedNodes> nod
 
 bool Service::Table::goes_on(double done) {
   if (stopped_ || !options_.progress) return !stopped_;
-  calls_without_throwing(
-      "progress", [this](Error error) { discipline_.note(std::move(error)); },
-      [&] { stopped_ = !options_.progress(done); });
+  call_host("progress", [&] { stopped_ = !options_.progress(done); });
   return !stopped_;
 }
 
 bool Service::Table::takes(std::size_t size) {
   if (monitor_refused_ || bytes_ + size > options_.memory_bytes) return false;
   if (options_.memory_monitor) {
-    calls_without_throwing(
-        "memory_monitor", [this](Error error) { discipline_.note(std::move(error)); },
-        [&] { monitor_refused_ = !options_.memory_monitor(static_cast<std::int64_t>(size), false); });
+    call_host("memory_monitor",
+              [&] { monitor_refused_ = !options_.memory_monitor(static_cast<std::int64_t>(size), false); });
     if (monitor_refused_) return false;
     monitored_bytes_ += size;
   }
@@ -136,9 +133,7 @@ void Service::Table::report_memory(std::size_t bytes) {
   const auto change = static_cast<std::int64_t>(bytes) - static_cast<std::int64_t>(monitored_bytes_);
   if (!options_.memory_monitor || change == 0) return;
   monitored_bytes_ = bytes;
-  calls_without_throwing(
-      "memory_monitor", [this](Error error) { discipline_.note(std::move(error)); },
-      [&] { options_.memory_monitor(change, true); });
+  call_host("memory_monitor", [&] { options_.memory_monitor(change, true); });
 }
 
 void Service::Table::in_parallel(std::size_t count, const std::function<void(std::size_t)>& task) {
@@ -158,11 +153,7 @@ void Service::Table::in_parallel(std::size_t count, const std::function<void(std
       thrown = std::current_exception();
     }
   };
-  if (count > 1) {
-    calls_without_throwing(
-        "parallel_for", [this](Error error) { discipline_.note(std::move(error)); },
-        [&] { options_.parallel_for(count, once); });
-  }
+  if (count > 1) call_host("parallel_for", [&] { options_.parallel_for(count, once); });
   for (std::size_t i = 0; i < count; ++i) once(i);
   if (thrown) std::rethrow_exception(thrown);
 }
@@ -362,8 +353,7 @@ void Service::Table::announce() {
     const RowView view = view_of(slot);
     if (view.fit != nullptr) report.components = view.fit->component_count;
     if (view.ribbons != nullptr) report.ribbons = view.ribbons->parts();
-    calls_without_throwing(
-        "row listener", [this](Error error) { discipline_.note(std::move(error)); }, [&] { listener_(report); });
+    call_host("row listener", [&] { listener_(report); });
   }
 }
 

@@ -22,9 +22,7 @@ const TracedNodes& no_light() {
 std::unique_ptr<const TracedNodes> Service::Table::trace(SliceId slice, std::uint32_t node) const {
   const Slice& of = rows_.slice(slice);
   std::vector<TracedRay> rays;
-  const auto note = [this](Error error) { discipline_.note(std::move(error)); };
-  if (!calls_without_throwing("Target::trace", note,
-                              [&] { target_->trace(of.description, of.a_of(node), of.b_of(node), rays); }))
+  if (!call_host("Target::trace", [&] { target_->trace(of.description, of.a_of(node), of.b_of(node), rays); }))
     return nullptr;
   const auto is_ray = [](const TracedRay& ray) {
     return std::isfinite(ray.azimuth) && ray.weight >= 0 && ray.weight <= largest_weight &&

@@ -263,11 +263,14 @@ class Service::Table {
 
   // service.cpp
   Error no_such_slice(const char* call, SliceId slice) const;
+  /// Makes a call of the host's, and notes what it throws. Returns false if it threw. Thread-safe.
+  template <class Call>
+  bool call_host(const char* what, const Call& call) const {
+    return calls_without_throwing(what, [this](Error error) { discipline_.note(std::move(error)); }, call);
+  }
   /// Passes a sentence to Options::log, if that is set.
   void log(const std::string& sentence) const {
-    if (!options_.log) return;
-    calls_without_throwing(
-        "Options::log", [this](Error error) { discipline_.note(std::move(error)); }, [&] { options_.log(sentence); });
+    if (options_.log) call_host("Options::log", [&] { options_.log(sentence); });
   }
   /// Logs misuse, full memory, unusable draws and reopened rows.
   void log_events(const PassReport& report);
