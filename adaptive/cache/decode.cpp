@@ -24,19 +24,8 @@ using format::Section;
 
 constexpr float huge = 3.402823466e+38f;
 
-const char* section_name(Section section) {
-  switch (section) {
-    case Section::model:
-      return "section model";
-    case Section::slices:
-      return "section pages";
-    case Section::rows:
-      return "section rows";
-    case Section::sketches:
-      return "section sketches";
-  }
-  return "section";
-}
+/// By number of the section, from 1.
+constexpr const char* section_names[] = {"", "section model", "section pages", "section rows", "section sketches"};
 
 std::string byte(std::size_t position) { return "byte " + std::to_string(position); }
 
@@ -64,7 +53,7 @@ bool is_model_name(std::string_view name) {
 }
 
 std::string CacheReader::here(const ByteReader& in, std::size_t back) const {
-  return section_name(where_) + (", " + byte(in.position() - back));
+  return section_names[static_cast<std::size_t>(where_)] + (", " + byte(in.position() - back));
 }
 
 bool CacheReader::fail(std::string place, std::string expected, std::string found) {
@@ -313,9 +302,6 @@ bool CacheReader::number(ByteReader& in, const char* what, float least, float la
   return fail(here(in, 4), std::string(what) + " in [" + std::to_string(least) + ", " + std::to_string(largest) + "]",
               std::to_string(*value));
 }
-bool CacheReader::finite(ByteReader& in, const char* what, float* value) {
-  return number(in, what, -huge, huge, value);
-}
 bool CacheReader::not_negative(ByteReader& in, const char* what, float* value) {
   return number(in, what, 0, huge, value);
 }
@@ -325,7 +311,7 @@ bool CacheReader::axis(ByteReader& in, const char* what, std::uint32_t size, std
   coordinates->reserve(size);
   for (std::uint32_t i = 0; i < size; ++i) {
     float coordinate = 0;
-    if (!finite(in, what, &coordinate)) return false;
+    if (!number(in, what, -huge, huge, &coordinate)) return false;
     if (i > 0 && coordinate <= coordinates->back()) {
       return fail(here(in, 4), std::string(what) + " above " + std::to_string(coordinates->back()),
                   std::to_string(coordinate));

@@ -68,7 +68,6 @@ class CacheReader final : public RowSource {
 
   bool count(ByteReader& in, std::size_t size, const char* what, std::uint32_t* number);
   bool number(ByteReader& in, const char* what, float least, float largest, float* value);
-  bool finite(ByteReader& in, const char* what, float* value);
   bool not_negative(ByteReader& in, const char* what, float* value);
 
   ByteReader& reader(format::Section section) { return readers_[static_cast<std::size_t>(section) - 1]; }
