@@ -36,8 +36,7 @@ std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
   }
   const bool keeps_earlier = found != slice.stored.end() && found->second.state == RowState::converged;
   return sizeof(Row) + Learning::bytes_before_nodes(slice.description.blur_rad, learner_bytes_) +
-         (keeps_earlier ? cached_row_bytes(found->second) : 0) +
-         (candidate.nodes ? candidate.nodes->bytes() : sizeof(TracedNodes));
+         (keeps_earlier ? sizeof(CachedRow) : 0) + (candidate.nodes ? candidate.nodes->bytes() : sizeof(TracedNodes));
 }
 
 bool Service::Table::outdated(const Row& row) const {

@@ -48,13 +48,13 @@ Service::Table::SampledAnswer Service::Table::answer_of(Slice& slice, std::uint3
 Service::Table::SampledAnswer Service::Table::keep_interpolated(Slice& slice, std::uint32_t node,
                                                                 std::unique_ptr<const RibbonAnswer> made) {
   Slot& slot = slice.slots[node];
-  const std::size_t before = formed_bytes_.fetch_add(made->bytes(), std::memory_order_relaxed);
+  const std::size_t before = formed_bytes_.fetch_add(sizeof(RibbonAnswer), std::memory_order_relaxed);
   const std::size_t others = bytes_ + memo_bytes_.load(std::memory_order_relaxed);
   const bool has_room = kept_before_ != nullptr
                             ? &slice == kept_slice_ && std::ranges::binary_search(*kept_before_, node)
-                            : others + before + made->bytes() <= options_.memory_bytes;
+                            : others + before + sizeof(RibbonAnswer) <= options_.memory_bytes;
   if (slot.row != Slot::no_row || !has_room) {
-    formed_bytes_.fetch_sub(made->bytes(), std::memory_order_relaxed);
+    formed_bytes_.fetch_sub(sizeof(RibbonAnswer), std::memory_order_relaxed);
     return made;
   }
   const auto [there, is_first] = slot.put_first(std::move(made), Slot::Kind::interpolated);

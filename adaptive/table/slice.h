@@ -22,18 +22,12 @@ namespace tress::inline v0_2::adaptive {
 
 struct Learning;
 
-/// Bytes in memory of a cached row.
-inline std::size_t cached_row_bytes(const CachedRow& row) {
-  return sizeof(CachedRow) + (row.ribbons() != nullptr ? row.ribbons()->bytes() : 0);
-}
-
 /// The answer of a row of a slice of samples, or of a node that coarser rows answer for.
 struct alignas(16) RibbonAnswer {
   RibbonRow row;
   float objective;      ///< bound of its last test, as RowView::objective; if interpolated, the largest of its parents
   std::uint32_t paths;  ///< number from which it was learned; if interpolated, the smallest of its parents
   bool has_converged;   ///< whether it has passed its test
-  std::size_t bytes() const { return sizeof(RibbonAnswer); }
 };
 
 /// One node and its answer.
@@ -87,8 +81,7 @@ struct alignas(16) Slot {
   /// Bytes of the answer of a row; 0 for a Learning.
   std::size_t answer_bytes() const {
     if (const PackedMixture* fit = mixture()) return fit->bytes();
-    if (const RibbonAnswer* answer = ribbons()) return answer->bytes();
-    return 0;
+    return ribbons() != nullptr ? sizeof(RibbonAnswer) : 0;
   }
 
   /// Replaces the answer, and deletes the old one if it was owned. Call it between passes.
