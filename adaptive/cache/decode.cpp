@@ -24,19 +24,8 @@ using format::Section;
 
 constexpr float huge = 3.402823466e+38f;
 
-const char* section_name(Section section) {
-  switch (section) {
-    case Section::model:
-      return "section model";
-    case Section::slices:
-      return "section pages";
-    case Section::rows:
-      return "section rows";
-    case Section::sketches:
-      return "section sketches";
-  }
-  return "section";
-}
+/// By number of the section, from 1.
+constexpr const char* section_names[] = {"", "section model", "section pages", "section rows", "section sketches"};
 
 std::string byte(std::size_t position) { return "byte " + std::to_string(position); }
 
@@ -64,7 +53,7 @@ bool is_model_name(std::string_view name) {
 }
 
 std::string CacheReader::here(const ByteReader& in, std::size_t back) const {
-  return section_name(where_) + (", " + byte(in.position() - back));
+  return section_names[static_cast<std::size_t>(where_)] + (", " + byte(in.position() - back));
 }
 
 bool CacheReader::fail(std::string place, std::string expected, std::string found) {
@@ -198,7 +187,7 @@ bool CacheReader::read_to_the_end(Section deepest) {
     ++contents_.slices;
     while (deepest >= Section::rows && next_row() != nullptr) {
       ++(row_.state == RowState::converged ? contents_.converged_rows : contents_.open_rows);
-      contents_.ribbon_rows += format::kind_of(row_) == format::Kind::ribbons ? 1 : 0;
+      contents_.ribbon_rows += row_.ribbons() != nullptr ? 1 : 0;
     }
   }
   contents_.knot_rows = knot_rows_;
@@ -285,7 +274,6 @@ const CachedRow* CacheReader::next_row() {
     if (!row(reader(Section::rows))) return nullptr;
     least_node_ = row_.node + 1;
   } while (knot_rows_ != knot_rows_before);  // they are left out
-  row_.sketch.clear();
   if (reads(Section::sketches) && row_.state == RowState::open) {
     where_ = Section::sketches;
     if (!sketch(reader(Section::sketches))) return nullptr;
@@ -314,9 +302,6 @@ bool CacheReader::number(ByteReader& in, const char* what, float least, float la
   return fail(here(in, 4), std::string(what) + " in [" + std::to_string(least) + ", " + std::to_string(largest) + "]",
               std::to_string(*value));
 }
-bool CacheReader::finite(ByteReader& in, const char* what, float* value) {
-  return number(in, what, -huge, huge, value);
-}
 bool CacheReader::not_negative(ByteReader& in, const char* what, float* value) {
   return number(in, what, 0, huge, value);
 }
@@ -326,7 +311,7 @@ bool CacheReader::axis(ByteReader& in, const char* what, std::uint32_t size, std
   coordinates->reserve(size);
   for (std::uint32_t i = 0; i < size; ++i) {
     float coordinate = 0;
-    if (!finite(in, what, &coordinate)) return false;
+    if (!number(in, what, -huge, huge, &coordinate)) return false;
     if (i > 0 && coordinate <= coordinates->back()) {
       return fail(here(in, 4), std::string(what) + " above " + std::to_string(coordinates->back()),
                   std::to_string(coordinate));
@@ -408,12 +393,13 @@ bool CacheReader::row(ByteReader& in) {
     return false;
   }
   row_.count = in.u64();
-  row_.fit = {};
-  row_.ribbons.reset();
-  if (converged && samples) return ribbons(in, parts);
+  if (samples) {
+    row_.learned = CachedSamples{};
+    return !converged || ribbons(in, parts);
+  }
+  row_.learned = CachedDensity{};
   if (knots) return skip_knots(in, parts);
-  row_.fit.component_count = parts;
-  return !converged || mixture(in);
+  return !converged || mixture(in, parts);
 }
 
 bool CacheReader::skip_knots(ByteReader& in, std::uint32_t number_of_knots) {
@@ -445,12 +431,13 @@ bool CacheReader::ribbons(ByteReader& in, std::uint32_t parts) {
   if (row.total_mass() != row_.energy) {
     return fail(start, "ribbons of mass " + std::to_string(row_.energy), std::to_string(row.total_mass()));
   }
-  row_.ribbons = std::make_shared<const RibbonRow>(row);
+  row_.learned = CachedSamples{std::make_shared<const RibbonRow>(row)};
   return true;
 }
 
-bool CacheReader::mixture(ByteReader& in) {
-  Mixture* fit = &row_.fit;
+bool CacheReader::mixture(ByteReader& in, std::uint32_t components) {
+  Mixture* fit = &row_.density()->fit;
+  fit->component_count = components;
   if (!not_negative(in, "weight of the uniform part", &fit->uniform_weight) ||
       !not_negative(in, "attribute", &fit->uniform_attribute_mean) ||
       !not_negative(in, "variance of the attribute", &fit->uniform_attribute_variance)) {
@@ -472,9 +459,10 @@ bool CacheReader::mixture(ByteReader& in) {
 bool CacheReader::sketch(ByteReader& in) {
   std::uint32_t number = 0;
   if (!count(in, format::bin_bytes, "bins", &number)) return false;
-  row_.sketch.reserve(std::min(number, bins_));
+  std::vector<SketchBin> bins;
+  bins.reserve(std::min(number, bins_));
   for (std::uint32_t i = 0; i < number; ++i) {
-    const std::uint32_t least = i == 0 ? 0 : row_.sketch.back().index + 1;
+    const std::uint32_t least = i == 0 ? 0 : bins.back().index + 1;
     const std::uint32_t index = in.u32();
     if (index < least || index >= bins_) {
       return fail(here(in, 4), "a bin in [" + std::to_string(least) + ", " + std::to_string(bins_) + ")",
@@ -483,8 +471,9 @@ bool CacheReader::sketch(ByteReader& in) {
     const std::uint64_t bits = in.u64();
     const float g = std::bit_cast<float>(static_cast<std::uint32_t>(bits));
     if (!std::isfinite(g) || std::signbit(g)) return fail(here(in, 8), "g finite and >= 0", std::to_string(g));
-    row_.sketch.push_back({index, bits});
+    bins.push_back({index, bits});
   }
+  if (row_.density() != nullptr) row_.density()->sketch = std::move(bins);
   return true;
 }
 

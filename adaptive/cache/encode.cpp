@@ -34,26 +34,26 @@ void write_row(ByteWriter& out, const CachedRow& row) {
   const bool converged = row.state == RowState::converged;
   out.u32(row.node);
   out.u8(static_cast<std::uint8_t>(converged ? RowState::converged : RowState::open));
-  const Kind kind = kind_of(row);
-  const std::size_t parts = kind == Kind::ribbons ? row.ribbons->parts() : row.fit.component_count;
-  out.u8(converged ? static_cast<std::uint8_t>(parts) : 0);
-  out.u8(static_cast<std::uint8_t>(kind));
+  const RibbonRow* ribbons = converged ? row.ribbons() : nullptr;
+  const Mixture fit = converged && row.density() != nullptr ? row.density()->fit : Mixture{};
+  out.u8(static_cast<std::uint8_t>(ribbons != nullptr ? ribbons->parts() : fit.component_count));
+  out.u8(static_cast<std::uint8_t>(ribbons != nullptr ? Kind::ribbons : Kind::mixture));
   out.u8(0);
   out.u32(row.generation);
   out.f32(row.energy);
   out.f32(converged ? row.objective : 0.0f);
   out.u64(row.count);
   if (!converged) return;
-  if (kind == Kind::ribbons) {
-    for (const float mass : row.ribbons->masses()) out.f32(mass);
-    const std::span<const std::byte> packed = row.ribbons->packed();
+  if (ribbons != nullptr) {
+    for (const float mass : ribbons->masses()) out.f32(mass);
+    const std::span<const std::byte> packed = ribbons->packed();
     out.text({reinterpret_cast<const char*>(packed.data()), packed.size()});
     return;
   }
-  out.f32(row.fit.uniform_weight);
-  out.f32(row.fit.uniform_attribute_mean);
-  out.f32(row.fit.uniform_attribute_variance);
-  for (const Component& part : row.fit.parts()) {
+  out.f32(fit.uniform_weight);
+  out.f32(fit.uniform_attribute_mean);
+  out.f32(fit.uniform_attribute_variance);
+  for (const Component& part : fit.parts()) {
     out.f32(part.shape.mu);
     out.f32(part.shape.s_left);
     out.f32(part.shape.s_right);
@@ -64,8 +64,9 @@ void write_row(ByteWriter& out, const CachedRow& row) {
 }
 
 void write_sketch(ByteWriter& out, const CachedRow& row) {
-  out.u32(static_cast<std::uint32_t>(row.sketch.size()));
-  for (const SketchBin& bin : row.sketch) {
+  const auto sketch = row.density() != nullptr ? std::span(row.density()->sketch) : std::span<const SketchBin>();
+  out.u32(static_cast<std::uint32_t>(sketch.size()));
+  for (const SketchBin& bin : sketch) {
     out.u32(bin.index);
     out.u64(bin.bits);
   }

@@ -41,9 +41,6 @@ constexpr float least_scale = 0.004f * 0.9999f, largest_scale = 0.5f * 1.0001f;
 
 /// The representation of a converged row: byte 6 of a row.
 enum class Kind : std::uint8_t { mixture = 0, knots = 1, ribbons = 2 };
-inline Kind kind_of(const CachedRow& row) {
-  return row.state == RowState::converged && row.ribbons ? Kind::ribbons : Kind::mixture;
-}
 inline bool is_knot_count(std::uint32_t count) { return count == 32 || count == 64 || count == 128; }
 
 /// Takes a cache piece by piece, from its first byte to its last. Returns false if there is no room, and is then not

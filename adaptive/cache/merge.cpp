@@ -20,8 +20,8 @@ bool below(const CachedRow& a, const CachedRow& b) {
   if (a_converged != b_converged) return b_converged;
   // The objective of a row of samples is a noisy test result: to keep the lowest of many would be convergence by
   // selection.
-  const bool is_sampled = a.ribbons != nullptr && b.ribbons != nullptr;
-  if (!is_sampled && a.objective != b.objective) return a.objective > b.objective;
+  const bool are_noisy = a.ribbons() != nullptr && b.ribbons() != nullptr;
+  if (!are_noisy && a.objective != b.objective) return a.objective > b.objective;
   if (a.count != b.count) return a.count < b.count;
   return encoded(a) < encoded(b);
 }
@@ -101,7 +101,8 @@ const CachedRow* MergedRows::next_row() {
   const bool both_open = a->state != RowState::converged && b->state != RowState::converged;
   if (!both_open || a->generation != b->generation) return below(*a, *b) ? b : a;
   joined_ = *a;
-  joined_.sketch = minimum(a->sketch, b->sketch);
+  if (a->density() != nullptr && b->density() != nullptr)
+    joined_.density()->sketch = minimum(a->density()->sketch, b->density()->sketch);
   joined_.count = std::max(a->count, b->count);
   joined_.energy = std::max(a->energy, b->energy);
   return &joined_;

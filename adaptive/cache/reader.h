@@ -63,12 +63,11 @@ class CacheReader final : public RowSource {
   /// Checks a row of knots and counts it. No program reads such rows any more.
   bool skip_knots(ByteReader& in, std::uint32_t number_of_knots);
   bool ribbons(ByteReader& in, std::uint32_t parts);
-  bool mixture(ByteReader& in);
+  bool mixture(ByteReader& in, std::uint32_t components);
   bool sketch(ByteReader& in);
 
   bool count(ByteReader& in, std::size_t size, const char* what, std::uint32_t* number);
   bool number(ByteReader& in, const char* what, float least, float largest, float* value);
-  bool finite(ByteReader& in, const char* what, float* value);
   bool not_negative(ByteReader& in, const char* what, float* value);
 
   ByteReader& reader(format::Section section) { return readers_[static_cast<std::size_t>(section) - 1]; }

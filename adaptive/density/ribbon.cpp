@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <numbers>
 
+#include "base/normal_quantile.h"
 #include "base/pi.h"
 #include "density/invert_line.h"
 #include "density/unit.h"
@@ -15,27 +16,6 @@ namespace {
 
 constexpr float below_one = 0.99999994f;
 constexpr float least_share = 0x1p-25f;  // of the mass of a side; no height is drawn beyond it
-
-/// The z that a half normal law exceeds with probability q in (0, 1]: sqrt(2) erfc^-1(q) (Giles 2010, in single
-/// precision).
-float half_normal_beyond(float q) {
-  const float x = 1 - q;
-  float w = -std::log(q * (2 - q)), p;
-  if (w < 5) {
-    w -= 2.5f;
-    p = 2.81022636e-08f;
-    for (const float c : {3.43273939e-07f, -3.5233877e-06f, -4.39150654e-06f, 0.00021858087f, -0.00125372503f,
-                          -0.00417768164f, 0.246640727f, 1.50140941f})
-      p = c + p * w;
-  } else {
-    w = std::sqrt(w) - 3;
-    p = -0.000200214257f;
-    for (const float c : {0.000100950558f, 0.00134934322f, -0.00367342844f, 0.00573950773f, -0.0076224613f,
-                          0.00943887047f, 1.00167406f, 2.83297682f})
-      p = c + p * w;
-  }
-  return std::numbers::sqrt2_v<float> * p * x;
-}
 
 /// A layer's values at an azimuth between two knots.
 struct Between {
@@ -152,7 +132,8 @@ float sample_height(HeightLaw law, float u, float mode, float scale_below, float
   const bool is_below = u * both < scale_below;
   const float side = is_below ? scale_below : scale_above;
   const float beyond = std::clamp((is_below ? u : 1 - u) * both / side, least_share, 1.0f);
-  const float z = law == HeightLaw::logistic ? std::log((2 - beyond) / beyond) : half_normal_beyond(beyond);
+  const float z = law == HeightLaw::logistic ? std::log((2 - beyond) / beyond)
+                                             : normal_beyond(1 - beyond, -std::log(beyond * (2 - beyond)));
   return mode + (is_below ? -z : z) * side;
 }
 

@@ -14,7 +14,7 @@ constexpr std::uint32_t audit_one_in = 8;  // one converged row of a cache in th
 
 bool Service::Table::answers(SliceId slice, const CachedRow& cached) const {
   if (cached.state != RowState::converged) return false;
-  if (cached.ribbons) return true;
+  if (cached.ribbons() != nullptr) return true;
   const double objective = cached.objective;
   return objective <= options_.epsilon ||
          (light_.paths > 0 && objective <= epsilon_of(slice, cached.node, cached.energy));
@@ -30,13 +30,13 @@ std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
   const Slice& slice = rows_.slice(candidate.slice);
   const auto found = slice.stored.find(candidate.node);
   if (!needs_nodes(candidate)) {
+    const CachedDensity* density = found->second.density();
     return sizeof(Row) +
-           (found->second.ribbons ? sizeof(RibbonAnswer) : PackedMixture::bytes_of(found->second.fit.component_count));
+           (density != nullptr ? PackedMixture::bytes_of(density->fit.component_count) : sizeof(RibbonAnswer));
   }
   const bool keeps_earlier = found != slice.stored.end() && found->second.state == RowState::converged;
   return sizeof(Row) + Learning::bytes_before_nodes(slice.description.blur_rad, learner_bytes_) +
-         (keeps_earlier ? cached_row_bytes(found->second) : 0) +
-         (candidate.nodes ? candidate.nodes->bytes() : sizeof(TracedNodes));
+         (keeps_earlier ? sizeof(CachedRow) : 0) + (candidate.nodes ? candidate.nodes->bytes() : sizeof(TracedNodes));
 }
 
 bool Service::Table::outdated(const Row& row) const {
@@ -69,14 +69,15 @@ Service::Table::Outcome Service::Table::settle(Row& row) const {
   Learning& learning = *row.learning;
   row.energy = learning.nodes->energy();
   if (cached != nullptr) {
+    const CachedDensity& learned = *cached->density();
     learning.count = cached->count;
     if (cached->state == RowState::converged) {
-      learning.fit = cached->fit;
+      learning.fit = learned.fit;
       learning.has_fit = true;
       learning.objective = cached->objective;
       learning.earlier = std::make_unique<const CachedRow>(*cached);
     }
-    learning.sketch.merge(cached->sketch);
+    learning.sketch.merge(learned.sketch);
     if (outdated(row)) {
       learning.sketch.clear();
       learning.count = 0;

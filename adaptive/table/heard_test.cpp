@@ -26,13 +26,13 @@ HeardTest Service::Table::test_by_heard() {
     for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
       const std::span<const SampledExit> heard = slice.heard.at(n);
       if (heard.size() < least_paths) continue;
-      const SampledAnswer answer = answer_of(slice, n, slice.levels.coarse());
+      const SampledAnswer answer = answer_of(slice, n);
       if (!answer) continue;
       const std::size_t paths = heard.size() / sets;  // per set; the paths are in random order
-      HeldOutTest test(answer.answer->row);
+      HeldOutTest test(answer->row);
       std::array<std::vector<SampledExit>, sets> of_set;
       for (std::size_t i = 0; i < sets * paths; ++i) {
-        if (heard[i].part < answer.answer->row.parts()) of_set[i % sets].push_back(heard[i]);
+        if (heard[i].part < answer->row.parts()) of_set[i % sets].push_back(heard[i]);
       }
       for (std::size_t s = 0; s < sets; ++s) test.add(s, of_set[s]);
       const HeldOutCells cells = test.found(static_cast<std::uint32_t>(paths));

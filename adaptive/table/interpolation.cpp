@@ -11,37 +11,36 @@
 
 namespace tress::inline v0_2::adaptive {
 
-Service::Table::SampledAnswer Service::Table::answer_of(Slice& slice, std::uint32_t node, std::size_t level) {
+Service::Table::SampledAnswer Service::Table::answer_of(Slice& slice, std::uint32_t node) {
   const std::uintptr_t word = slice.slots[node].word.load(std::memory_order_acquire);
   const Slot::Kind kind = Slot::kind_of(word);
   if (kind == Slot::Kind::ribbons || kind == Slot::Kind::interpolated)
-    return {Slot::target_of<RibbonAnswer>(word), nullptr};
+    return without_owner(Slot::target_of<RibbonAnswer>(word));
   if (kind == Slot::Kind::refusal) return {};
-  if (slice.coarse_rows != nullptr && level < slice.levels.coarse()) {
-    const SampledAnswer theirs = answer_of(*slice.coarse_rows, node, level);
+  if (slice.grid.has(node)) {
+    const SampledAnswer theirs = slice.coarse_rows != nullptr ? answer_of(*slice.coarse_rows, node) : SampledAnswer();
     if (!theirs) return {};
     auto copy = std::make_unique<RibbonAnswer>(*theirs);
     copy->has_converged = false;
     return keep_interpolated(slice, node, std::move(copy));
   }
-  if (level == 0) return {};
-  const Levels::Corners corners = slice.levels.around(level - 1, node);
-  if (corners.count == 1 && corners.all[0].node == node) return answer_of(slice, node, level - 1);
+  if (slice.grid.empty()) return {};
 
-  std::array<SampledAnswer, 4> parents;
   std::array<DecodedRow, 4> decoded;
   std::array<WeightedRow, 4> rows;
+  std::size_t count = 0;
   auto made = std::make_unique<RibbonAnswer>();
-  for (std::uint32_t i = 0; i < corners.count; ++i) {
-    parents[i] = answer_of(slice, corners.all[i].node, level - 1);
-    if (!parents[i]) return {};
-    const RibbonAnswer& parent = *parents[i];
-    decoded[i] = DecodedRow(parent.row);
-    rows[i] = {&decoded[i], corners.all[i].weight};
-    made->objective = i == 0 ? parent.objective : std::max(made->objective, parent.objective);
-    made->paths = i == 0 ? parent.paths : std::min(made->paths, parent.paths);
+  for (const CoarseGrid::Corner& corner : slice.grid.around(node)) {
+    if (!(corner.weight > 0)) continue;
+    const SampledAnswer parent = answer_of(slice, corner.node);
+    if (!parent) return {};
+    made->objective = std::max(made->objective, parent->objective);
+    made->paths = count == 0 ? parent->paths : std::min(made->paths, parent->paths);
+    decoded[count] = DecodedRow(parent->row);
+    rows[count] = {&decoded[count], corner.weight};
+    ++count;
   }
-  made->row = interpolate_rows({rows.data(), corners.count});
+  made->row = interpolate_rows({rows.data(), count});
   made->has_converged = false;
   return keep_interpolated(slice, node, std::move(made));
 }
@@ -49,24 +48,23 @@ Service::Table::SampledAnswer Service::Table::answer_of(Slice& slice, std::uint3
 Service::Table::SampledAnswer Service::Table::keep_interpolated(Slice& slice, std::uint32_t node,
                                                                 std::unique_ptr<const RibbonAnswer> made) {
   Slot& slot = slice.slots[node];
-  const std::size_t before = formed_bytes_.fetch_add(made->bytes(), std::memory_order_relaxed);
+  const std::size_t before = formed_bytes_.fetch_add(sizeof(RibbonAnswer), std::memory_order_relaxed);
   const std::size_t others = bytes_ + memo_bytes_.load(std::memory_order_relaxed);
   const bool has_room = kept_before_ != nullptr
                             ? &slice == kept_slice_ && std::ranges::binary_search(*kept_before_, node)
-                            : others + before + made->bytes() <= options_.memory_bytes;
+                            : others + before + sizeof(RibbonAnswer) <= options_.memory_bytes;
   if (slot.row != Slot::no_row || !has_room) {
-    formed_bytes_.fetch_sub(made->bytes(), std::memory_order_relaxed);
-    std::shared_ptr<const RibbonAnswer> kept = std::move(made);
-    return {kept.get(), kept};
+    formed_bytes_.fetch_sub(sizeof(RibbonAnswer), std::memory_order_relaxed);
+    return made;
   }
   const auto [there, is_first] = slot.put_first(std::move(made), Slot::Kind::interpolated);
   if (!is_first) {
     formed_bytes_.fetch_sub(sizeof(RibbonAnswer), std::memory_order_relaxed);
-    return {there, nullptr};
+    return without_owner(there);
   }
   const std::scoped_lock lock(interpolated_mutex_);
   slice.interpolated.push_back(node);
-  return {there, nullptr};
+  return without_owner(there);
 }
 
 RowView Service::Table::view_at(SliceId id, std::uint32_t node) {
@@ -77,23 +75,22 @@ RowView Service::Table::view_at(SliceId id, std::uint32_t node) {
   view.node = node;
   view.pass = pass_;
   if (slot.row != Slot::no_row) return view;
-  const SampledAnswer answer = answer_of(slice, node, slice.levels.coarse());
+  const SampledAnswer answer = answer_of(slice, node);
   if (!answer) return view;
   view.ribbons = &answer->row;
   view.objective = answer->objective;
   view.paths = answer->paths;
-  view.kept = answer.kept;
+  if (answer.use_count() > 0) view.kept = answer;
   return view;
 }
 
 void Service::Table::forget_interpolated(SliceId id, std::vector<bool> moved) {
+  if (std::ranges::find(moved, true) == moved.end()) return;
   Slice& slice = rows_.slice(id);
-  for (std::size_t level = 1; level <= slice.levels.coarse(); ++level) {
-    for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
-      if (!slice.levels.has(level, n) || slice.slots[n].row != Slot::no_row) continue;
-      for (const Levels::Corner& corner : slice.levels.around(level - 1, n)) {
-        if (moved[corner.node]) moved[n] = true;
-      }
+  for (std::uint32_t n = 0; n < slice.description.node_count() && !slice.grid.empty(); ++n) {
+    if (slice.grid.has(n) || slice.slots[n].row != Slot::no_row) continue;
+    for (const CoarseGrid::Corner& corner : slice.grid.around(n)) {
+      if (corner.weight > 0 && moved[corner.node]) moved[n] = true;
     }
   }
   for (const std::uint32_t form : slice.forms) forms_.drop_if(form, [&](std::uint32_t node) { return moved[node]; });

@@ -42,7 +42,7 @@ void Service::Table::update_rows(PassReport& report) {
   for (std::uint32_t i = 0; i < rows_.size(); ++i) {
     Row& row = rows_[i];
     Slice& slice = rows_.slice(row.slice);
-    if (slice.is_sampled()) continue;
+    if (!row.learning && slice.slots[row.node].mixture() == nullptr) continue;  // grow_samples() learns it
     const bool asked = slice.slots[row.node].queries.load(std::memory_order_relaxed) != slice.queries_before[row.node];
     const bool observed = row.learning && row.learning->observed.load(std::memory_order_relaxed) != 0;
     // The first cached row of a slice that is queried is audited, in addition to those chosen by key.
@@ -112,18 +112,15 @@ void Service::Table::start_anew(Row& row, std::unique_ptr<const TracedNodes> nod
 
 bool Service::Table::goes_on(double done) {
   if (stopped_ || !options_.progress) return !stopped_;
-  calls_without_throwing(
-      "progress", [this](Error error) { discipline_.note(std::move(error)); },
-      [&] { stopped_ = !options_.progress(done); });
+  call_host("progress", [&] { stopped_ = !options_.progress(done); });
   return !stopped_;
 }
 
 bool Service::Table::takes(std::size_t size) {
   if (monitor_refused_ || bytes_ + size > options_.memory_bytes) return false;
   if (options_.memory_monitor) {
-    calls_without_throwing(
-        "memory_monitor", [this](Error error) { discipline_.note(std::move(error)); },
-        [&] { monitor_refused_ = !options_.memory_monitor(static_cast<std::int64_t>(size), false); });
+    call_host("memory_monitor",
+              [&] { monitor_refused_ = !options_.memory_monitor(static_cast<std::int64_t>(size), false); });
     if (monitor_refused_) return false;
     monitored_bytes_ += size;
   }
@@ -136,9 +133,7 @@ void Service::Table::report_memory(std::size_t bytes) {
   const auto change = static_cast<std::int64_t>(bytes) - static_cast<std::int64_t>(monitored_bytes_);
   if (!options_.memory_monitor || change == 0) return;
   monitored_bytes_ = bytes;
-  calls_without_throwing(
-      "memory_monitor", [this](Error error) { discipline_.note(std::move(error)); },
-      [&] { options_.memory_monitor(change, true); });
+  call_host("memory_monitor", [&] { options_.memory_monitor(change, true); });
 }
 
 void Service::Table::in_parallel(std::size_t count, const std::function<void(std::size_t)>& task) {
@@ -158,11 +153,7 @@ void Service::Table::in_parallel(std::size_t count, const std::function<void(std
       thrown = std::current_exception();
     }
   };
-  if (count > 1) {
-    calls_without_throwing(
-        "parallel_for", [this](Error error) { discipline_.note(std::move(error)); },
-        [&] { options_.parallel_for(count, once); });
-  }
+  if (count > 1) call_host("parallel_for", [&] { options_.parallel_for(count, once); });
   for (std::size_t i = 0; i < count; ++i) once(i);
   if (thrown) std::rethrow_exception(thrown);
 }
@@ -235,10 +226,11 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   for (SliceId p = 0; p < rows_.slice_count(); ++p) {
     Slice& slice = rows_.slice(p);
     if (!slice.has_index()) continue;
+    const bool has_samples = slice.description.kind == SliceKind::samples;
     for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
       Slot& slot = slice.slots[n];
       // A node that only forms have asked for counts as queried too; of samples once, since paths follow from queries.
-      const std::uint32_t unasked = slice.is_sampled() ? 0 : slice.queries_before[n];
+      const std::uint32_t unasked = has_samples ? 0 : slice.queries_before[n];
       const bool is_formed = slice.formed[n].exchange(0, std::memory_order_relaxed) != 0 &&
                              slot.queries.load(std::memory_order_relaxed) == unasked;
       if (is_formed) slot.queries.store(unasked + 1, std::memory_order_relaxed);
@@ -251,9 +243,7 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
         if (converged) report.converged_queries += queries;
         if (slot.has_answer() || slot.interpolated() != nullptr) report.answered_queries += queries;
         report.rows_coarse += slot.row == Slot::no_row ? 1 : 0;
-      } else if (slice.is_sampled()) {
-        continue;
-      } else if (learns_ && in_all >= options_.queries_before_creation && in_all > 0) {
+      } else if (learns_ && !has_samples && in_all >= options_.queries_before_creation && in_all > 0) {
         candidates.push_back({p, n, in_all, slice.light_at(n), slot.take_memo()});
       } else {
         slot.take_memo();
@@ -289,6 +279,28 @@ PassReport Service::Table::end_pass(std::uint64_t paths) {
   announce();
   report.learning_cpu_seconds += static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   return report;
+}
+
+bool Service::Table::publish_pays(double share) const {
+  if (!learns_) return false;
+  const bool has_room = bytes_ < options_.memory_bytes;
+  std::uint64_t queries = answered_queries_.sum() + unindexed_queries_.sum(), waiting = 0;
+  for (const SliceId id : rows_.of_kind(SliceKind::samples)) {
+    if (samples_pay(id, share)) return true;
+  }
+  for (const SliceId id : rows_.of_kind(SliceKind::density)) {
+    const Slice& slice = rows_.slice(id);
+    for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
+      const Slot& slot = slice.slots[n];
+      const std::uint32_t in_all = slot.queries.load(std::memory_order_relaxed),
+                          asked = in_all - slice.queries_before[n];
+      queries += asked;
+      const bool is_learned = slot.row == Slot::no_row ? has_room && in_all >= options_.queries_before_creation
+                                                       : rows_.state_of(rows_[slot.row]) == RowState::open;
+      if (is_learned) waiting += asked;
+    }
+  }
+  return waiting > 0 && static_cast<double>(waiting) >= share * static_cast<double>(queries);
 }
 
 void Service::Table::fill_totals(PassReport& report) const {
@@ -341,8 +353,7 @@ void Service::Table::announce() {
     const RowView view = view_of(slot);
     if (view.fit != nullptr) report.components = view.fit->component_count;
     if (view.ribbons != nullptr) report.ribbons = view.ribbons->parts();
-    calls_without_throwing(
-        "row listener", [this](Error error) { discipline_.note(std::move(error)); }, [&] { listener_(report); });
+    call_host("row listener", [&] { listener_(report); });
   }
 }
 

@@ -63,8 +63,7 @@ struct Learning {
            PackedMixture::bytes_of(Mixture::max_components);
   }
   std::size_t bytes() const {
-    return bytes_before_nodes(nodes->blur_rad(), learner->bytes()) + nodes->bytes() +
-           (earlier ? cached_row_bytes(*earlier) : 0);
+    return bytes_before_nodes(nodes->blur_rad(), learner->bytes()) + nodes->bytes() + (earlier ? sizeof(CachedRow) : 0);
   }
 
   RowState state() const { return stop.verdict() == StopTest::Verdict::refused ? RowState::refused : RowState::open; }

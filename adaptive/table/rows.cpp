@@ -49,6 +49,7 @@ SliceId Rows::add_slice(const SliceDescription& description, bool has_index, std
   const SliceId id = slice_count();
   slices_.push_back(std::make_unique<Slice>(description, has_index, parts));
   by_key_.emplace(description.key, id);
+  if (has_index) of_kind_[static_cast<std::size_t>(description.kind)].push_back(id);
   return id;
 }
 
@@ -82,17 +83,17 @@ CachedRow Rows::cached_form(const Row& row) const {
   cached.energy = row.energy;
   cached.count = row.taught();
   if (row.learning) {
-    cached.sketch = row.learning->sketch.bins();
-    return cached;
-  }
-  if (!slot.has_answer()) return cached;
-  cached.state = RowState::converged;
-  if (const RibbonAnswer* answer = slot.ribbons()) {
-    cached.ribbons = std::make_shared<const RibbonRow>(answer->row);
+    cached.learned = CachedDensity{{}, row.learning->sketch.bins()};
+  } else if (const PackedMixture* fit = slot.mixture()) {
+    cached.state = RowState::converged;
+    cached.objective = fit->objective;
+    cached.learned = CachedDensity{*fit, {}};
+  } else if (const RibbonAnswer* answer = slot.ribbons()) {
+    cached.state = RowState::converged;
     cached.objective = answer->objective;
+    cached.learned = CachedSamples{std::make_shared<const RibbonRow>(answer->row)};
   } else {
-    cached.fit = *slot.mixture();
-    cached.objective = slot.mixture()->objective;
+    cached.learned = CachedSamples{};
   }
   return cached;
 }
@@ -114,11 +115,11 @@ void Rows::show_learning(Row& row, bool converged, bool publishes) {
 }
 
 void Rows::show_cached(Row& row, const CachedRow& cached, bool has_converged) {
-  if (cached.ribbons) {
-    const auto paths = static_cast<std::uint32_t>(std::min<std::uint64_t>(cached.count, ~0u));
-    slot_of(row).set(new RibbonAnswer{*cached.ribbons, cached.objective, paths, has_converged}, Slot::Kind::ribbons);
+  if (const CachedDensity* density = cached.density()) {
+    slot_of(row).set(mixtures_.put(density->fit, cached.objective), Slot::Kind::mixture);
   } else {
-    slot_of(row).set(mixtures_.put(cached.fit, cached.objective), Slot::Kind::mixture);
+    const auto paths = static_cast<std::uint32_t>(std::min<std::uint64_t>(cached.count, ~0u));
+    slot_of(row).set(new RibbonAnswer{*cached.ribbons(), cached.objective, paths, has_converged}, Slot::Kind::ribbons);
   }
 }
 

@@ -1,6 +1,7 @@
 // The slices and rows of a table, and what answers at their nodes.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -28,6 +29,8 @@ class Rows {
   std::uint32_t slice_count() const { return static_cast<std::uint32_t>(slices_.size()); }
   Slice& slice(SliceId id) const { return *slices_[id]; }
   const std::vector<std::unique_ptr<Slice>>& slices() const { return slices_; }
+  /// The slices of a kind that have an index, in the order in which they were added.
+  const std::vector<SliceId>& of_kind(SliceKind kind) const { return of_kind_[static_cast<std::size_t>(kind)]; }
   /// The slices in the order of their keys.
   const std::map<SliceKey, SliceId>& by_key() const { return by_key_; }
   /// Null if there is no slice of this key.
@@ -71,6 +74,7 @@ class Rows {
  private:
   std::vector<std::unique_ptr<Slice>> slices_;
   std::map<SliceKey, SliceId> by_key_;
+  std::array<std::vector<SliceId>, 2> of_kind_;
   std::deque<Row> rows_;   ///< in order of creation
   MixtureStore mixtures_;  ///< the published fits
 };

@@ -17,8 +17,7 @@ namespace {
 
 /// Largest number of paths of a row whose paths follow its events. A row that learns until it passes may have more.
 constexpr std::uint32_t most_by_events = 16384, most_of_coarse = 2048;
-/// Events around a node of a coarse grid, or at a node of the slice's own, after which it has a row of its own.
-constexpr double events_of_coarse = 64, events_of_own = 512;
+constexpr double events_of_own = 512;  ///< after which a node has a row of its own
 constexpr double events_per_path = 2;
 constexpr std::uint32_t audit_paths = 1024;
 
@@ -65,27 +64,25 @@ double Service::Table::asked_of_coarse(const Slice& slice, std::uint32_t node) c
   return asked;
 }
 
-std::vector<double> Service::Table::gathered_events(const Slice& slice, std::size_t level) const {
+std::vector<double> Service::Table::gathered_events(const Slice& slice, bool is_coarse) const {
   std::vector<double> events(slice.description.node_count(), 0.0);
   for (std::uint32_t n = 0; n < events.size(); ++n) {
-    const bool is_coarse = level < slice.levels.coarse();
-    const double asked = is_coarse ? asked_of_coarse(slice, n) : static_cast<double>(slice.asked(n));
-    if (!(asked > 0)) continue;
-    for (const Levels::Corner& corner : slice.levels.around(level, n))
-      events[corner.node] += asked * static_cast<double>(corner.weight);
+    if (!is_coarse) {
+      events[n] = static_cast<double>(slice.asked(n));
+    } else if (const double asked = asked_of_coarse(slice, n); asked > 0) {
+      for (const CoarseGrid::Corner& corner : slice.grid.around(n))
+        events[corner.node] += asked * static_cast<double>(corner.weight);
+    }
   }
   return events;
 }
 
-std::uint32_t Service::Table::wanted_paths(SliceId id, std::size_t level, double events) const {
+std::uint32_t Service::Table::wanted_paths(SliceId id, bool is_coarse, double events) const {
   const Slice& slice = rows_.slice(id);
-  const bool is_coarse = level < slice.levels.coarse();
   if (!options_.own_paths || (is_coarse && slice.coarse_rows != nullptr)) return 0;
-  const bool waits = slice.levels.coarse() > 0 && !learns_to_epsilon();  // coarser rows answer meanwhile
-  double least = waits ? events_of_own : std::max<double>(options_.queries_before_creation, 1);
-  if (is_coarse) least = level == 0 ? 0 : events_of_coarse;
-  if (events < least) return 0;
   if (is_coarse) return stage_for(events, most_of_coarse);
+  const bool waits = !slice.grid.empty() && !learns_to_epsilon();  // coarse rows answer meanwhile
+  if (events < (waits ? events_of_own : std::max<double>(options_.queries_before_creation, 1))) return 0;
   return stage_for(events, learns_to_epsilon() ? sampled_stages.front() : most_by_events);
 }
 
@@ -104,7 +101,7 @@ void Service::Table::note_invalid_exits(const Row& row, std::uint64_t paths) {
 }
 
 Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t paths, bool to_epsilon,
-                                             const RibbonAnswer* parent) const {
+                                              const RibbonAnswer* parent) const {
   const Slice& of = rows_.slice(row.slice);
   const SliceDescription& slice = of.description;
   const float a = of.a_of(row.node), b = of.b_of(row.node);
@@ -163,7 +160,7 @@ Service::Table::Outcome Service::Table::audit_samples(const Row& row) const {
   return outcome;
 }
 
-void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<bool>& moved) {
+std::vector<std::uint32_t> Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<bool>& moved) {
   Slice& slice = rows_.slice(id);
   std::vector<std::uint32_t> due, others;
   bool asks = false;
@@ -173,15 +170,15 @@ void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<boo
     (row.audit == Audit::due ? due : others).push_back(i);
   }
   for (std::uint32_t n = 0; n < slice.description.node_count() && !asks; ++n) asks = asked_of_coarse(slice, n) > 0;
-  if (!asks || (due.empty() && others.empty())) return;
+  if (!asks || (due.empty() && others.empty())) return {};
   if (due.empty() && !slice.audited) {  // the first row is audited for its slice
     due.push_back(others.front());
     others.erase(others.begin());
   }
   slice.audited = true;
-  bool fits = true;
+  std::vector<std::uint32_t> again;
   for (const std::vector<std::uint32_t>* group : {&due, &others}) {
-    if (group == &others && fits) break;  // the slice fits: the rest need no audit
+    if (group == &others && again.empty()) break;  // the slice fits: the rest need no audit
     std::vector<Outcome> outcomes(group->size());
     in_parallel(group->size(), [&](std::size_t i) { outcomes[i] = audit_samples(rows_[(*group)[i]]); });
     for (std::size_t i = 0; i < group->size(); ++i) {
@@ -189,91 +186,96 @@ void Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<boo
       row.audit = Audit::none;
       account(outcomes[i], report);
       if (!outcomes[i].audit_failed) continue;
-      fits = false;
       row.raise_generation();
       ++reopened_;
-      const RibbonAnswer& old = *rows_.slot_of(row).ribbons();
-      stale_.push_back({(*group)[i], old.paths});
+      again.resize(moved.size(), 0);
+      again[row.node] = rows_.slot_of(row).ribbons()->paths;
+      rows_.clear(row);
       moved[row.node] = true;
     }
   }
+  return again;
 }
 
 void Service::Table::grow_samples(PassReport& report, double done) {
   std::map<const Slice*, std::vector<bool>> moved_of;
-  for (SliceId id = 0; id < rows_.slice_count(); ++id) {
+  for (const SliceId id : rows_.of_kind(SliceKind::samples)) {
     Slice& slice = rows_.slice(id);
-    if (!slice.is_sampled() || !slice.has_index()) continue;
-    const auto done_at = [&](std::size_t level) {
-      const double of_slice = static_cast<double>(level) / static_cast<double>(slice.levels.coarse() + 1);
+    const auto done_with = [&](double of_slice) {
       return done + (1 - done) * (static_cast<double>(id) + of_slice) / static_cast<double>(rows_.slice_count());
     };
-    bool grows = goes_on(done_at(0));
+    bool grows = goes_on(done_with(0));
     std::vector<bool>& moved = moved_of[&slice];
     moved.resize(slice.description.node_count(), false);
     if (slice.coarse_rows != nullptr) {  // an earlier slice, which has grown
       const std::vector<bool>& theirs = moved_of.at(slice.coarse_rows);
-      for (std::size_t level = 0; level < slice.levels.coarse(); ++level) {
-        for (std::uint32_t n = 0; n < moved.size(); ++n)
-          if (theirs[n] && slice.levels.has(level, n)) moved[n] = true;
-      }
+      for (std::uint32_t n = 0; n < moved.size(); ++n) moved[n] = theirs[n] && slice.grid.has(n);
     }
-    stale_.clear();
-    if (grows) audit_slice(id, report, moved);
     // A row that does not fit its target starts again, with as many paths as it had.
-    std::vector<std::uint32_t> again(moved.size(), 0);
-    for (const Stale& one : stale_) {
-      again[rows_[one.row].node] = one.paths;
-      rows_.clear(rows_[one.row]);
+    const std::vector<std::uint32_t> again = grows ? audit_slice(id, report, moved) : std::vector<std::uint32_t>();
+    if (!slice.grid.empty()) {
+      if (grows) grow_rows(id, true, again, moved, report);
+      forget_interpolated(id, moved);
+      // Rows that start again may have no answer yet, so such a slice is not left half-way.
+      if (again.empty()) grows = goes_on(done_with(0.5));
     }
-    for (std::size_t level = 0; level <= slice.levels.coarse(); ++level) {
-      // Rows that start again have no answer until their level is done, so such a slice is not left half-way.
-      if (level > 0 && stale_.empty()) grows = goes_on(done_at(level));
-      if (grows) grow_level(id, level, again, moved, report);
-      if (std::ranges::find(moved, true) != moved.end()) forget_interpolated(id, moved);
-    }
+    if (grows) grow_rows(id, false, again, moved, report);
+    forget_interpolated(id, moved);
   }
 }
 
-void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector<std::uint32_t>& again,
-                                std::vector<bool>& moved, PassReport& report) {
-  Slice& slice = rows_.slice(id);
-  const std::vector<double> events = gathered_events(slice, level);
-  struct Growth {
-    std::uint32_t node, paths;
-    std::uint64_t light;
-    double events;
-  };
+std::vector<Service::Table::Growth> Service::Table::growths(SliceId id, bool is_coarse,
+                                                            const std::vector<std::uint32_t>& again) const {
+  const Slice& slice = rows_.slice(id);
+  const std::vector<double> events = gathered_events(slice, is_coarse);
   std::vector<Growth> growths;
-  // What was made of a coarse row for the nodes around it is freed when it grows. So the rows of a coarse level grow
-  // together, once one of them has twice the events that it needs.
-  const bool is_own = level == slice.levels.coarse(), to_epsilon = is_own && learns_to_epsilon();
-  bool is_time = is_own;
+  // What was made of a coarse row for the nodes around it is freed when it grows. So coarse rows grow together, once
+  // one of them has twice the events that it needs.
+  const bool to_epsilon = !is_coarse && learns_to_epsilon();
+  bool is_time = !is_coarse;
   for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
-    if (!slice.levels.has(level, n)) continue;
+    if (is_coarse && !slice.grid.has(n)) continue;
     const Slot& slot = slice.slots[n];
     if (slot.is_refused()) continue;
     const RibbonAnswer* answer = slot.ribbons();
-    std::uint32_t wanted = wanted_paths(id, level, events[n]);
-    if (!options_.own_paths && is_own) {
+    std::uint32_t wanted = wanted_paths(id, is_coarse, events[n]);
+    if (!options_.own_paths && !is_coarse) {
       for (const std::uint32_t stage : heard_stages) wanted = slice.heard.at(n).size() >= stage ? stage : wanted;
     }
     if (to_epsilon && answer != nullptr && wanted != 0) wanted = stage_after(answer->paths);
-    if (again[n] != 0 && answer == nullptr)
-      wanted = to_epsilon ? sampled_stages.front() : std::max(wanted, again[n]);
+    const std::uint32_t restart = again.empty() ? 0 : again[n];
+    if (restart != 0 && answer == nullptr) wanted = to_epsilon ? sampled_stages.front() : std::max(wanted, restart);
     const bool may_grow = answer == nullptr || !to_epsilon || !answer->has_converged;
     const std::uint32_t had = answer != nullptr ? answer->paths : 0;
     if (!may_grow || wanted <= had) continue;
-    is_time = is_time || again[n] != 0 || to_epsilon || wanted_paths(id, level, events[n] / 2) > had;
+    is_time = is_time || restart != 0 || wanted_paths(id, is_coarse, events[n] / 2) > had;
     growths.push_back({n, wanted, slice.light_at(n), events[n]});
   }
-  if (!is_time) return;
+  if (!is_time) return {};
   std::ranges::sort(growths, [](const Growth& x, const Growth& y) {
     if (x.light != y.light) return x.light > y.light;
     return x.events != y.events ? x.events > y.events : x.node < y.node;
   });
+  return growths;
+}
+
+bool Service::Table::samples_pay(SliceId id, double share) const {
+  if (!options_.own_paths) return true;  // rows grow by what was heard
+  const Slice& slice = rows_.slice(id);
+  if (!slice.grid.empty() && !growths(id, true, {}).empty()) return true;
+  double asked = 0, waiting = 0;
+  for (std::uint32_t n = 0; n < slice.description.node_count(); ++n)
+    asked += slice.slots[n].is_refused() ? 0 : static_cast<double>(slice.asked(n));
+  for (const Growth& one : growths(id, false, {})) waiting += one.events;
+  return waiting > 0 && waiting >= share * asked;
+}
+
+void Service::Table::grow_rows(SliceId id, bool is_coarse, const std::vector<std::uint32_t>& again,
+                               std::vector<bool>& moved, PassReport& report) {
+  Slice& slice = rows_.slice(id);
+  std::vector<Growth> growing = growths(id, is_coarse, again);
   // New rows need room; existing rows keep theirs.
-  std::erase_if(growths, [&](const Growth& one) {
+  std::erase_if(growing, [&](const Growth& one) {
     if (slice.slots[one.node].row != Slot::no_row) return false;
     const std::size_t size = sizeof(Row) + sizeof(RibbonAnswer);
     if (!takes(size)) {
@@ -296,16 +298,16 @@ void Service::Table::grow_level(SliceId id, std::size_t level, const std::vector
     changes_.push_back({id, row.node});
     return slice.slots[one.node].ribbons()->paths >= one.paths;
   });
-  std::vector<Outcome> outcomes(growths.size());
-  in_parallel(growths.size(), [&](std::size_t i) {
-    const Growth& one = growths[i];
+  std::vector<Outcome> outcomes(growing.size());
+  in_parallel(growing.size(), [&](std::size_t i) {
+    const Growth& one = growing[i];
     const Row& row = rows_[slice.slots[one.node].row];
     SampledAnswer parent;
-    if (slice.slots[one.node].ribbons() == nullptr) parent = answer_of(slice, one.node, level);
-    outcomes[i] = learn(row, one.paths, to_epsilon, parent.answer);
+    if (slice.slots[one.node].ribbons() == nullptr) parent = answer_of(slice, one.node);
+    outcomes[i] = learn(row, one.paths, !is_coarse && learns_to_epsilon(), parent.get());
   });
-  for (std::size_t i = 0; i < growths.size(); ++i) {
-    Row& row = rows_[slice.slots[growths[i].node].row];
+  for (std::size_t i = 0; i < growing.size(); ++i) {
+    Row& row = rows_[slice.slots[growing[i].node].row];
     Outcome& outcome = outcomes[i];
     const std::size_t before = rows_.bytes_of(row);
     if (outcome.ribbons) {

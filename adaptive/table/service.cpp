@@ -22,9 +22,7 @@ const TracedNodes& no_light() {
 std::unique_ptr<const TracedNodes> Service::Table::trace(SliceId slice, std::uint32_t node) const {
   const Slice& of = rows_.slice(slice);
   std::vector<TracedRay> rays;
-  const auto note = [this](Error error) { discipline_.note(std::move(error)); };
-  if (!calls_without_throwing("Target::trace", note,
-                              [&] { target_->trace(of.description, of.a_of(node), of.b_of(node), rays); }))
+  if (!call_host("Target::trace", [&] { target_->trace(of.description, of.a_of(node), of.b_of(node), rays); }))
     return nullptr;
   const auto is_ray = [](const TracedRay& ray) {
     return std::isfinite(ray.azimuth) && ray.weight >= 0 && ray.weight <= largest_weight &&
@@ -98,7 +96,7 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
     }
     if (is_off_axes || is_misuse("look_up", slice_id, node)) {
       RowView nothing = bare_view(RowState::absent, slice_id, node);
-      if (slice_id >= rows_.slice_count() || !rows_.slice(slice_id).is_sampled()) nothing.nodes = &no_light();
+      add_g(nothing, false);
       return nothing;
     }
   }
@@ -110,11 +108,16 @@ RowView Service::Table::look_up(SliceId slice_id, std::uint32_t a, std::uint32_t
     unindexed_queries_.add(1);
   }
   RowView view = slice.has_index() ? view_at(slice_id, node) : bare_view(RowState::absent, slice_id, node);
-  if (view.row == RowView::no_row && !slice.is_sampled()) add_g(view);
+  if (view.row == RowView::no_row) add_g(view, true);
   return view;
 }
 
-void Service::Table::add_g(RowView& view) {
+void Service::Table::add_g(RowView& view, bool may_trace) {
+  if (view.slice < rows_.slice_count() && rows_.slice(view.slice).description.kind == SliceKind::samples) return;
+  if (!may_trace) {
+    view.nodes = &no_light();
+    return;
+  }
   const Slice& slice = rows_.slice(view.slice);
   Slot* slot = slice.has_index() ? &slice.slots[view.node] : nullptr;
   if (slot != nullptr) view.nodes = Slot::target_of<TracedNodes>(slot->word.load(std::memory_order_acquire));
@@ -139,6 +142,12 @@ void Service::Table::add_g(RowView& view) {
   if (is_kept || !has_room) traces_.fetch_add(1, std::memory_order_relaxed);
 }
 
+Slice* Service::Table::indexed_slice(const RowView& view) const {
+  if (view.slice >= rows_.slice_count()) return nullptr;
+  Slice& slice = rows_.slice(view.slice);
+  return slice.has_index() && view.node < slice.description.node_count() ? &slice : nullptr;
+}
+
 double Service::Table::light(SliceId slice, std::uint32_t a, std::uint32_t b) const {
   const std::uint32_t node = node_of(slice, a, b);
   return node == no_node ? 0 : light_.share(rows_.slice(slice).light_at(node));
@@ -158,20 +167,16 @@ RowView Service::Table::peek(SliceId slice, std::uint32_t a, std::uint32_t b) {
 
 void Service::Table::credit(const RowView& view, float light, std::uint32_t events) {
   if (is_stale("credit", view)) return;
-  if (view.slice >= rows_.slice_count() || !rows_.slice(view.slice).has_index() ||
-      view.node >= rows_.slice(view.slice).description.node_count())
-    return;
-  const Slice& slice = rows_.slice(view.slice);
-  slice.events[view.node].fetch_add(events, std::memory_order_relaxed);
-  if (light > 0) slice.light[view.node].fetch_add(fixed_light(light), std::memory_order_relaxed);
+  const Slice* slice = indexed_slice(view);
+  if (slice == nullptr) return;
+  slice->events[view.node].fetch_add(events, std::memory_order_relaxed);
+  if (light > 0) slice->light[view.node].fetch_add(fixed_light(light), std::memory_order_relaxed);
 }
 
 void Service::Table::hear(const RowView& view, const SampledExit& exit) {
   if (is_stale("hear", view)) return;
-  if (view.slice >= rows_.slice_count() || !rows_.slice(view.slice).has_index() ||
-      !rows_.slice(view.slice).is_sampled() || view.node >= rows_.slice(view.slice).description.node_count())
-    return;
-  rows_.slice(view.slice).heard.add(view.node, exit);
+  Slice* slice = indexed_slice(view);
+  if (slice != nullptr && slice->parts > 0) slice->heard.add(view.node, exit);  // a density has no parts
 }
 
 void Service::Table::observe(const RowView& view, float x, float g) {
@@ -259,6 +264,7 @@ HeardTest Service::test_by_heard() const { return table_->test_by_heard(); }
 void Service::observe(const RowView& row, float x, float g) const { table_->observe(row, x, g); }
 void Service::score(const RowView& row, float x, float g, float q) const { table_->score(row, x, g, q); }
 void Service::set_learning(bool on) { table_->set_learning(on); }
+bool Service::publish_pays(double share) const { return table_->publish_pays(share); }
 PassReport Service::publish(std::uint64_t paths) { return table_->publish(paths); }
 RowView Service::peek(SliceId slice, std::uint32_t a, std::uint32_t b) const { return table_->peek(slice, a, b); }
 double Service::light(SliceId slice, std::uint32_t a, std::uint32_t b) const { return table_->light(slice, a, b); }

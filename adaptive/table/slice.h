@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "observations/heard_exits.h"
-#include "table/levels.h"
+#include "table/coarse_grid.h"
 #include "tress/adaptive/cache.h"
 #include "tress/adaptive/mixture.h"
 #include "tress/adaptive/target.h"
@@ -22,18 +22,12 @@ namespace tress::inline v0_2::adaptive {
 
 struct Learning;
 
-/// Bytes in memory of a cached row.
-inline std::size_t cached_row_bytes(const CachedRow& row) {
-  return sizeof(CachedRow) + (row.ribbons ? row.ribbons->bytes() : 0);
-}
-
 /// The answer of a row of a slice of samples, or of a node that coarser rows answer for.
 struct alignas(16) RibbonAnswer {
   RibbonRow row;
   float objective;      ///< bound of its last test, as RowView::objective; if interpolated, the largest of its parents
   std::uint32_t paths;  ///< number from which it was learned; if interpolated, the smallest of its parents
   bool has_converged;   ///< whether it has passed its test
-  std::size_t bytes() const { return sizeof(RibbonAnswer); }
 };
 
 /// One node and its answer.
@@ -87,8 +81,7 @@ struct alignas(16) Slot {
   /// Bytes of the answer of a row; 0 for a Learning.
   std::size_t answer_bytes() const {
     if (const PackedMixture* fit = mixture()) return fit->bytes();
-    if (const RibbonAnswer* answer = ribbons()) return answer->bytes();
-    return 0;
+    return ribbons() != nullptr ? sizeof(RibbonAnswer) : 0;
   }
 
   /// Replaces the answer, and deletes the old one if it was owned. Call it between passes.
@@ -122,7 +115,7 @@ struct Slice {
   /// has_index: false if memory has no room for one. The nodes are then traced at every query and never learned.
   /// parts_of_node: SampledTarget::parts() of a slice of samples, else 0.
   Slice(const SliceDescription& d, bool has_index, std::uint32_t parts_of_node)
-      : description(d), parts(parts_of_node), levels(d) {
+      : description(d), parts(parts_of_node), grid(d) {
     if (!has_index) return;
     slots = std::make_unique<Slot[]>(d.node_count());
     light = std::make_unique<std::atomic<std::uint64_t>[]>(d.node_count());
@@ -138,7 +131,6 @@ struct Slice {
   Slice& operator=(const Slice&) = delete;
 
   bool has_index() const { return slots != nullptr; }
-  bool is_sampled() const { return description.kind == SliceKind::samples; }
   static std::size_t index_bytes(const SliceDescription& d) {
     return d.node_count() * (sizeof(Slot) + sizeof(std::uint64_t) + 2 * sizeof(std::uint32_t) + sizeof(std::uint8_t));
   }
@@ -162,7 +154,7 @@ struct Slice {
 
   SliceDescription description;
   std::uint32_t parts;  ///< of each node of samples
-  Levels levels;
+  CoarseGrid grid;
   Slice* coarse_rows = nullptr;           ///< the slice whose coarse rows answer for this one; null: it has its own
   std::vector<const Slice*> answers_for;  ///< the slices whose coarse_rows is this one; they have an index
   std::unique_ptr<Slot[]> slots;          ///< null without an index, as are the next three

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "table/table.h"
+#include "tress/adaptive/to_string.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace {
@@ -16,11 +17,7 @@ bool same_axes(const SliceDescription& a, const SliceDescription& b) {
   return a.axis_a == b.axis_a && a.axis_b == b.axis_b && a.blur_rad == b.blur_rad && a.kind == b.kind;
 }
 
-std::string describe(const SliceDescription& slice) {
-  std::string text = "slice of lobe " + std::to_string(slice.key.lobe);
-  for (const float parameter : slice.key.told_parameters()) text += ", " + std::to_string(parameter);
-  return text;
-}
+std::string describe(const SliceDescription& slice) { return "slice of " + to_string(slice.key); }
 
 std::string describe_axes(const SliceDescription& slice) {
   return std::to_string(slice.axis_a.size()) + " x " + std::to_string(slice.axis_b.size()) + " nodes, " +
@@ -64,7 +61,7 @@ std::optional<Error> Service::Table::unusable(const SliceDescription& slice) con
   if (slice.coarse_rows_of) {
     const SliceId* found = rows_.find(*slice.coarse_rows_of);
     const Slice* other = found != nullptr ? &rows_.slice(*found) : nullptr;
-    if (!samples || other == nullptr || !other->is_sampled() || !same_axes(other->description, normal_form(slice)) ||
+    if (!samples || other == nullptr || !same_axes(other->description, normal_form(slice)) ||
         other->description.coarse != slice.coarse || samples_->parts(other->description) != samples_->parts(slice))
       return Error{"", describe(slice), "coarse rows of a slice of samples with the same grids that was added before",
                    other == nullptr ? "none" : describe(other->description)};
@@ -124,7 +121,9 @@ Result<SliceId> Service::Table::add_slice(const SliceDescription& asked) {
 }
 
 bool Service::Table::may_answer(const Slice& slice, const CachedRow& row) const {
-  return row.state != RowState::converged || (row.ribbons ? row.ribbons->parts() : 0) == slice.parts;
+  const bool is_density = slice.description.kind == SliceKind::density;
+  if (row.density() != nullptr || is_density) return row.density() != nullptr && is_density;
+  return row.state != RowState::converged || (row.ribbons() != nullptr && row.ribbons()->parts() == slice.parts);
 }
 
 std::optional<Error> Service::Table::take(RowSource& rows) {
@@ -155,7 +154,7 @@ std::optional<Error> Service::Table::take(RowSource& rows) {
         slice.stored.insert_or_assign(row->node, *row);
         // Whether a coarse row is good enough is known once the light of its node is; an open row of samples has
         // nothing to start from.
-        const bool waits = !answering && (light_.is_driven() || slice.is_sampled());
+        const bool waits = !answering && (light_.is_driven() || row->density() == nullptr);
         if (!slice.has_index() || !room || waits) continue;
         const std::uint32_t queries = slice.slots[row->node].queries.load(std::memory_order_relaxed);
         candidates.push_back({id, row->node, queries, 0, nullptr});

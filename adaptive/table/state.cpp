@@ -22,6 +22,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -236,9 +237,12 @@ struct Service::Table::Saved {
     bool is_published = false, has_earlier = false;
   };
 
-  std::uint32_t pass = 0;
-  std::uint64_t paths = 0, reopened = 0, reopened_logged = 0, queried = 0;
-  bool ceiling_logged = false, unusable_logged = false;
+  /// The counts of the table as a whole, as a state has them.
+  static auto totals_of(auto& table) {
+    return std::tie(table.pass_, table.light_.paths, table.reopened_, table.reopened_logged_, table.light_.queried,
+                    table.ceiling_logged_, table.unusable_logged_);
+  }
+  std::tuple<std::uint32_t, std::uint64_t, std::uint64_t, std::uint64_t, std::uint64_t, bool, bool> totals;
   std::vector<std::pair<std::uint32_t, std::uint64_t>> absorbed_errors;
   std::vector<SavedSlice> slices;
   std::map<SliceKey, PackedSlice> unused;  ///< as in Table
@@ -255,7 +259,14 @@ struct Service::Table::Saved {
     same(state_version, "state version " + std::to_string(state_version));
     same(table.model_name(), "model " + table.model_name());
     same(std::string(table.options_.learner->name), std::string("learner ") + table.options_.learner->name);
-    totals(fields);
+    std::apply([&fields](auto&... total) { (fields(total), ...); }, totals);
+    fields.require(std::get<0>(totals) > 0, "a pass above 0", "0");
+    list(fields, absorbed_errors, 12, [&](auto& error) {
+      fields(error.first);
+      fields(error.second);
+      const auto value = std::bit_cast<float>(error.first);
+      fields.require(value > 0 && std::isfinite(value), "an error above 0", "another");
+    });
     const auto count = table.rows_.slice_count();
     same(count, std::to_string(count) + " slices");
     for (std::uint32_t id = 0; id < count && fields.good(); ++id) {
@@ -297,19 +308,6 @@ struct Service::Table::Saved {
         row(fields, table, own, marks);
       }
     }
-  }
-
-  void totals(auto& fields) {
-    fields(pass);
-    fields.require(pass > 0, "a pass above 0", "0");
-    for (std::uint64_t* total : {&paths, &reopened, &reopened_logged, &queried}) fields(*total);
-    for (bool* logged : {&ceiling_logged, &unusable_logged}) fields(*logged);
-    list(fields, absorbed_errors, 12, [&](auto& error) {
-      fields(error.first);
-      fields(error.second);
-      const auto value = std::bit_cast<float>(error.first);
-      fields.require(value > 0 && std::isfinite(value), "an error above 0", "another");
-    });
   }
 
   template <class Archive>
@@ -361,7 +359,8 @@ struct Service::Table::Saved {
       row.set_count(count);
       fields.require(kind <= static_cast<std::uint8_t>(Kind::refusal) && row.audit <= Audit::due &&
                          std::isfinite(row.energy) &&
-                         (marks.kind == Kind::answer || slice->is_sampled() == (marks.kind == Kind::refusal)),
+                         (marks.kind == Kind::answer ||
+                          (slice->description.kind == SliceKind::samples) == (marks.kind == Kind::refusal)),
                      "a row as of its slice", "another");
       if (marks.kind == Kind::learning && fields.good())
         row.learning = std::make_unique<Learning>(slice->description.blur_rad, *table.options_.learner);
@@ -409,13 +408,7 @@ struct Service::Table::Saved {
 Result<std::string> Service::Table::state() const {
   if (pass_ == 0) return Error{"", "state", "a pass that was published", "none"};
   Saved now;
-  now.pass = pass_;
-  now.paths = light_.paths;
-  now.reopened = reopened_;
-  now.reopened_logged = reopened_logged_;
-  now.queried = light_.queried;
-  now.ceiling_logged = ceiling_logged_;
-  now.unusable_logged = unusable_logged_;
+  now.totals = Saved::totals_of(*this);
   now.absorbed_errors.assign(absorbed_errors_.counts().begin(), absorbed_errors_.counts().end());
   StateWriter out;
   now.write_or_read_all(out, *this);
@@ -514,13 +507,7 @@ std::optional<Error> Service::Table::check_rows(Saved& saved, SliceId id) const 
 }
 
 void Service::Table::take_over(Saved& saved) {
-  pass_ = saved.pass;
-  light_.paths = saved.paths;
-  reopened_ = saved.reopened;
-  reopened_logged_ = saved.reopened_logged;
-  light_.queried = saved.queried;
-  ceiling_logged_ = saved.ceiling_logged;
-  unusable_logged_ = saved.unusable_logged;
+  Saved::totals_of(*this) = saved.totals;
   for (const auto& [bits, count] : saved.absorbed_errors) absorbed_errors_.add_counted(bits, count);
   unused_ = std::move(saved.unused);
   std::vector<bool> has_converged;  // by row
@@ -552,7 +539,7 @@ void Service::Table::take_slice(SavedSlice& saved, Slice& slice, const std::vect
     bytes_ += slice.heard.restore(slice.description.node_count(), heard.node, std::move(heard.exits));
   kept_before_ = &saved.interpolated;
   kept_slice_ = &slice;
-  for (const std::uint32_t node : saved.interpolated) (void)answer_of(slice, node, slice.levels.coarse());
+  for (const std::uint32_t node : saved.interpolated) (void)answer_of(slice, node);
   for (std::size_t i = 0; i < saved.made.size(); ++i) {
     for (const std::uint32_t node : saved.made[i]) make_again(forms_.rows(slice.forms[i]), node);
   }

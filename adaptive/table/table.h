@@ -130,18 +130,9 @@ class Service::Table {
     std::unique_ptr<const RibbonAnswer> ribbons;
     bool refused = false;
   };
-  /// The answer of a node of samples. kept: owns the answer if the table had no room for it.
-  struct SampledAnswer {
-    const RibbonAnswer* answer = nullptr;
-    std::shared_ptr<const RibbonAnswer> kept;
-    explicit operator bool() const { return answer != nullptr; }
-    const RibbonAnswer* operator->() const { return answer; }
-    const RibbonAnswer& operator*() const { return *answer; }
-  };
-  /// A row of samples that did not fit its target: its index, and the number of paths that it had.
-  struct Stale {
-    std::uint32_t row, paths;
-  };
+  /// The answer of a node of samples. It has an owner only if the table had no room for it.
+  using SampledAnswer = std::shared_ptr<const RibbonAnswer>;
+  static SampledAnswer without_owner(const RibbonAnswer* answer) { return {std::shared_ptr<void>(), answer}; }
 
   /// The epsilon that the row at a node must reach. energy: the mass of g there, for rows of densities.
   double epsilon_of(SliceId slice, std::uint32_t node, float energy) const {
@@ -166,19 +157,27 @@ class Service::Table {
   /// done: the share of the pass's work before it, for goes_on().
   void grow_samples(PassReport& report, double done);
   void note_invalid_exits(const Row& row, std::uint64_t paths);
-  /// Does that for the rows of one level of one slice. again: by node, the paths of rows that start again, else 0.
-  /// moved: set for every node whose answer has changed.
-  void grow_level(SliceId slice, std::size_t level, const std::vector<std::uint32_t>& again, std::vector<bool>& moved,
-                  PassReport& report);
+  /// A row of samples that is to have more paths.
+  struct Growth {
+    std::uint32_t node, paths;
+    std::uint64_t light;
+    double events;
+  };
+  /// The coarse rows of one slice that are to grow, or all of its rows; those of most light come first. again: by node,
+  /// the paths of rows that start again, else 0; empty if no row does.
+  std::vector<Growth> growths(SliceId slice, bool is_coarse, const std::vector<std::uint32_t>& again) const;
+  /// Lets them grow, while memory lasts. moved: set for every node whose answer has changed.
+  void grow_rows(SliceId slice, bool is_coarse, const std::vector<std::uint32_t>& again, std::vector<bool>& moved,
+                 PassReport& report);
   bool learns_to_epsilon() const { return options_.learns_to_epsilon || options_.picture_error > 0; }
   /// The largest number of paths from which a row of samples is learned.
   std::uint32_t most_paths() const;
-  /// Events by node of a level: the events of each node are shared among the nodes of the level around it.
-  std::vector<double> gathered_events(const Slice& slice, std::size_t level) const;
+  /// Events by node. is_coarse: those of each node are shared among the nodes of the coarse grid around it.
+  std::vector<double> gathered_events(const Slice& slice, bool is_coarse) const;
   /// Draws from a node over all passes, those included that a coarse row of the slice answered for other slices.
   double asked_of_coarse(const Slice& slice, std::uint32_t node) const;
-  /// The number of paths that a row at a node of a level is to have; 0 if it gets no row yet.
-  std::uint32_t wanted_paths(SliceId slice, std::size_t level, double events) const;
+  /// The number of paths that a row is to have, a coarse one or one of its own; 0 if the node gets no row yet.
+  std::uint32_t wanted_paths(SliceId slice, bool is_coarse, double events) const;
   /// Whether rows of a slice of samples would grow: coarse ones, or others with at least `share` of its events.
   bool samples_pay(SliceId slice, double share) const;
   /// Learns a row up to `paths`, and further if it is to learn until it passes its test. parent: what answered before a
@@ -186,13 +185,13 @@ class Service::Table {
   Outcome learn(const Row& row, std::uint32_t paths, bool to_epsilon, const RibbonAnswer* parent) const;
   /// Tests a row of a cache on fresh draws.
   Outcome audit_samples(const Row& row) const;
-  /// Tests rows of a cache once their slice is queried, and all of them if one does not fit. Fills stale_.
-  void audit_slice(SliceId slice, PassReport& report, std::vector<bool>& moved);
+  /// Tests rows of a cache once their slice is queried, and all of them if one does not fit. Returns, by node, the
+  /// paths of those that do not fit and are cleared; empty if all fit.
+  std::vector<std::uint32_t> audit_slice(SliceId slice, PassReport& report, std::vector<bool>& moved);
 
   // interpolation.cpp
-  /// The answer of a node by its own row, or by rows of the levels above `level`; empty if they have no answer.
-  /// Thread-safe.
-  SampledAnswer answer_of(Slice& slice, std::uint32_t node, std::size_t level);
+  /// The answer of a node by its own row, or else by coarse rows; empty if they have no answer. Thread-safe.
+  SampledAnswer answer_of(Slice& slice, std::uint32_t node);
   SampledAnswer keep_interpolated(Slice& slice, std::uint32_t node, std::unique_ptr<const RibbonAnswer> made);
   /// The view that a reader gets of a node of a slice with an index, but for g of an absent node. Thread-safe.
   RowView view_at(SliceId slice, std::uint32_t node);
@@ -243,7 +242,7 @@ class Service::Table {
   // snapshot.cpp
   /// Why the service cannot have this slice; empty if it can.
   std::optional<Error> unusable(const SliceDescription& slice) const;
-  /// False for a converged row that the slice cannot use: one of the other kind, or with other parts.
+  /// False for a row that the slice cannot use: one of the other kind, or with other parts.
   bool may_answer(const Slice& slice, const CachedRow& row) const;
   /// Makes rows of cached rows until memory is full, first of those that answer at once. Keeps the rest as cached rows.
   std::optional<Error> take(RowSource& rows);
@@ -264,11 +263,14 @@ class Service::Table {
 
   // service.cpp
   Error no_such_slice(const char* call, SliceId slice) const;
+  /// Makes a call of the host's, and notes what it throws. Returns false if it threw. Thread-safe.
+  template <class Call>
+  bool call_host(const char* what, const Call& call) const {
+    return calls_without_throwing(what, [this](Error error) { discipline_.note(std::move(error)); }, call);
+  }
   /// Passes a sentence to Options::log, if that is set.
   void log(const std::string& sentence) const {
-    if (!options_.log) return;
-    calls_without_throwing(
-        "Options::log", [this](Error error) { discipline_.note(std::move(error)); }, [&] { options_.log(sentence); });
+    if (options_.log) call_host("Options::log", [&] { options_.log(sentence); });
   }
   /// Logs misuse, full memory, unusable draws and reopened rows.
   void log_events(const PassReport& report);
@@ -289,8 +291,11 @@ class Service::Table {
   PassReport end_pass(std::uint64_t paths);
   /// Traces a node. Returns null and reports it if the target throws or gives rays that TracedRay does not allow.
   std::unique_ptr<const TracedNodes> trace(SliceId slice, std::uint32_t node) const;
-  /// Gives the view of an absent node of a density its g: traced once a pass, while memory lasts. Thread-safe.
-  void add_g(RowView& view);
+  /// Gives the view of an absent node of a density its g: traced once a pass, while memory lasts, or 0 if it may not be
+  /// traced. Of samples there is no g. Thread-safe.
+  void add_g(RowView& view, bool may_trace);
+  /// The slice of a view whose node exists; null without an index.
+  Slice* indexed_slice(const RowView& view) const;
   /// Updates the slot of the row, which readers use from now on. One row at a time.
   void show(Row& row, Outcome& outcome);
 
@@ -308,7 +313,6 @@ class Service::Table {
   /// The nodes of a slice whose interpolated answers a state had kept, ascending; set while the state is taken over.
   const std::vector<std::uint32_t>* kept_before_ = nullptr;
   const Slice* kept_slice_ = nullptr;
-  std::vector<Stale> stale_;  ///< rows of the slice that grow_samples() works on
   std::vector<Error> refusals_;
   std::function<void(const RowReport&)> listener_;
   bool learns_ = true;

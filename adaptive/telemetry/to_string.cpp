@@ -1,5 +1,8 @@
 #include "tress/adaptive/to_string.h"
 
+#include <algorithm>
+#include <cstddef>
+
 #include "base/number_text.h"
 
 namespace tress::inline v0_2::adaptive {
@@ -10,17 +13,8 @@ std::string megabytes(std::uint64_t bytes) { return number_text(static_cast<doub
 }  // namespace
 
 const char* state_name(RowState state) {
-  switch (state) {
-    case RowState::absent:
-      return "absent";
-    case RowState::open:
-      return "open";
-    case RowState::converged:
-      return "converged";
-    case RowState::refused:
-      break;
-  }
-  return "refused";
+  constexpr const char* names[] = {"absent", "open", "converged", "refused"};
+  return names[std::min<std::size_t>(static_cast<std::size_t>(state), 3)];
 }
 
 std::string to_string(const SliceKey& key) {

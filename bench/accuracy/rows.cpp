@@ -200,7 +200,7 @@ nlohmann::json study(const Setting& setting) {
   const adaptive::TableSnapshot image = service.snapshot();
   for (const adaptive::CachedSlice& slice : image.slices) {
     for (const adaptive::CachedRow& row : slice.rows) {
-      const std::size_t parts = 12 + 24 * row.fit.component_count;
+      const std::size_t parts = 12 + 24 * row.density()->fit.component_count;
       cache_row_bytes += static_cast<double>(28 + (row.state == adaptive::RowState::converged ? parts : 0));
     }
   }

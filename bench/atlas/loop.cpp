@@ -64,7 +64,7 @@ double error_of(const adaptive::CachedRow& row, const adaptive::TracedNodes& nod
   double sum = 0;
   for (int i = 0; i < points; ++i) {
     const auto x = static_cast<float>(((i + 0.5) / points * 2 - 1) * std::numbers::pi);
-    const float f = row.fit.density(x);
+    const float f = row.density()->fit.density(x);
     const double off = static_cast<double>(nodes.density(x)) - static_cast<double>(f);
     sum += off * off;
   }

@@ -163,8 +163,8 @@ typedef struct tress_slice {
   const float *axis_a, *axis_b;
   size_t count_a, count_b; /* 1 to 65,536 */
   float blur;              /* TRESS_DENSITIES: standard deviation of the kernel, radians, > 0 */
-  /* TRESS_SAMPLES: coarser grids whose rows answer at first, of every n-th node and the last of either axis; the
-     coarsest first, 0 for none. Example: {4, 2}. Each a multiple of the next. */
+  /* TRESS_SAMPLES: coarser grids, of every n-th node and the last of either axis, 0 for none. Rows of the first, the
+     coarsest, answer at first; the others are not used. Each a multiple of the next. */
   uint32_t coarse_steps[4];
 } tress_slice;
 

@@ -65,11 +65,8 @@ SliceSummary summarise(const adaptive::SliceDescription& slice, adaptive::CacheF
     if (!converged) continue;
     summary.contents.objectives.push_back(row.objective);
     summary.contents.samples += row.count;
-    if (row.ribbons) {
-      ++summary.ribbons;
-    } else {
-      summary.components += row.fit.component_count;
-    }
+    summary.ribbons += row.ribbons() != nullptr ? 1 : 0;
+    summary.components += row.density() != nullptr ? row.density()->fit.component_count : 0;
   }
   std::ranges::sort(summary.contents.objectives);
   summary.contents.open = summary.open;

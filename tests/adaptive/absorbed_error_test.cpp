@@ -194,7 +194,7 @@ Learned learn(unsigned threads, const std::vector<std::vector<float>>& forms, co
       target.trace(d, d.axis_a[row.node / size], d.axis_b[row.node % size], rays);
       const TracedNodes nodes(rays, d.blur_rad);
       for (const float rate : rates) {
-        learned.largest = std::max(learned.largest, absorbed_error(row.fit, nodes, rate).value_or(-1));
+        learned.largest = std::max(learned.largest, absorbed_error(row.density()->fit, nodes, rate).value_or(-1));
       }
     }
   }

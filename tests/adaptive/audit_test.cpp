@@ -151,7 +151,7 @@ TEST(Audit, RowsOfAMovedTargetAreLearnedAnew) {
     for (std::uint32_t p = 0; p < slices; ++p) {
       for (const CachedRow& row : again.slices[p].rows) {
         EXPECT_EQ(row.generation, 1u);
-        EXPECT_LT(true_objective(row.fit, after, session.service.slice(p), row.node),
+        EXPECT_LT(true_objective(row.density()->fit, after, session.service.slice(p), row.node),
                   session.service.options().epsilon);
       }
     }

@@ -45,11 +45,11 @@ TEST(CacheFormat, ReadsBackWhatItWrote) {
   EXPECT_EQ(row.energy, 0.75f);
   EXPECT_EQ(row.objective, 0.004f);
   EXPECT_EQ(row.count, 64u);
-  ASSERT_EQ(row.fit.component_count, 2u);
-  EXPECT_EQ(row.fit.components[0].shape.s_right, 0.2f);
-  EXPECT_EQ(row.fit.components[1].attribute_mean, 3.0f);
-  EXPECT_EQ(row.fit.uniform_attribute_variance, 0.5f);
-  EXPECT_EQ(read->slices[0].rows[1].sketch, small_image().slices[0].rows[1].sketch);
+  ASSERT_EQ(row.density()->fit.component_count, 2u);
+  EXPECT_EQ(row.density()->fit.components[0].shape.s_right, 0.2f);
+  EXPECT_EQ(row.density()->fit.components[1].attribute_mean, 3.0f);
+  EXPECT_EQ(row.density()->fit.uniform_attribute_variance, 0.5f);
+  EXPECT_EQ(read->slices[0].rows[1].density()->sketch, small_image().slices[0].rows[1].density()->sketch);
   EXPECT_EQ(read->slices[0].description.axis_b, small_image().slices[0].description.axis_b);
 }
 
@@ -69,12 +69,12 @@ TEST(CacheFormat, HasTheDocumentedLayout) {
 TEST(CacheFormat, EqualTablesAreEqualFiles) {
   TableSnapshot image = small_image();
   CachedRow& converged = image.slices[0].rows[0];
-  converged.fit.components[7].weight = 3;    // beyond component_count
-  converged.sketch = {sketch_bin(1, 1, 1)};  // a converged row keeps none
+  converged.density()->fit.components[7].weight = 3;    // beyond component_count
+  converged.density()->sketch = {sketch_bin(1, 1, 1)};  // a converged row keeps none
   CachedRow& open = image.slices[0].rows[1];
   open.state = RowState::refused;
   open.objective = 0.5f;
-  open.fit = converged.fit;
+  open.density()->fit = converged.density()->fit;
   image.slices[0].description.axis_a[0] = -0.0f;
   EXPECT_EQ(encode_cache(image), encode_cache(small_image()));
   EXPECT_EQ(cache_hash(small_image()).size(), 16u);
@@ -175,7 +175,7 @@ TEST(CacheFormat, ReadsBackRibbons) {
   EXPECT_EQ(encode_cache(*read), bytes);
   ASSERT_EQ(read->slices.size(), 3u);
   EXPECT_EQ(read->slices[0].description.kind, SliceKind::density);
-  EXPECT_EQ(read->slices[0].rows.at(0).ribbons, nullptr);
+  EXPECT_EQ(read->slices[0].rows.at(0).ribbons(), nullptr);
   const CachedSlice& slice = read->slices[2];
   const CachedSlice wanted = slice_of_samples();
   EXPECT_EQ(slice.description.kind, SliceKind::samples);
@@ -186,13 +186,13 @@ TEST(CacheFormat, ReadsBackRibbons) {
     EXPECT_EQ(slice.rows[r].state, RowState::converged);
     EXPECT_EQ(slice.rows[r].count, 4096u);
     EXPECT_EQ(slice.rows[r].objective, wanted.rows[r].objective);
-    EXPECT_EQ(slice.rows[r].energy, wanted.rows[r].ribbons->total_mass());
-    ASSERT_NE(slice.rows[r].ribbons, nullptr);
-    EXPECT_EQ(*slice.rows[r].ribbons, *wanted.rows[r].ribbons);
-    EXPECT_EQ(slice.rows[r].fit.component_count, 0u);
+    EXPECT_EQ(slice.rows[r].energy, wanted.rows[r].ribbons()->total_mass());
+    ASSERT_NE(slice.rows[r].ribbons(), nullptr);
+    EXPECT_EQ(*slice.rows[r].ribbons(), *wanted.rows[r].ribbons());
+    EXPECT_EQ(slice.rows[r].density(), nullptr);
   }
   EXPECT_EQ(slice.rows[1].state, RowState::open);
-  EXPECT_EQ(slice.rows[1].ribbons, nullptr);
+  EXPECT_EQ(slice.rows[1].ribbons(), nullptr);
 }
 
 constexpr std::size_t ribbon_bytes = 4 + RibbonRow::part_bytes;  // of a part, with its mass

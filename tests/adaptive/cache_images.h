@@ -20,12 +20,12 @@ inline CachedRow converged_row(std::uint32_t node, float objective) {
   row.energy = 0.75f;
   row.objective = objective;
   row.count = 64;
-  row.fit.component_count = 2;
-  row.fit.components[0] = {{0.5f, 0.1f, 0.2f}, 0.5f, 2.0f, 0.25f};
-  row.fit.components[1] = {{-2.5f, 0.004f, 0.5f}, 0.2f, 3.0f, 0.0f};
-  row.fit.uniform_weight = 0.05f;
-  row.fit.uniform_attribute_mean = 2.5f;
-  row.fit.uniform_attribute_variance = 0.5f;
+  row.density()->fit.component_count = 2;
+  row.density()->fit.components[0] = {{0.5f, 0.1f, 0.2f}, 0.5f, 2.0f, 0.25f};
+  row.density()->fit.components[1] = {{-2.5f, 0.004f, 0.5f}, 0.2f, 3.0f, 0.0f};
+  row.density()->fit.uniform_weight = 0.05f;
+  row.density()->fit.uniform_attribute_mean = 2.5f;
+  row.density()->fit.uniform_attribute_variance = 0.5f;
   return row;
 }
 
@@ -40,8 +40,8 @@ inline CachedRow ribbon_row(std::uint32_t node, float objective, std::size_t par
   row.generation = 1;
   row.objective = objective;
   row.count = 4096;
-  row.ribbons = std::make_shared<const RibbonRow>(all);
-  row.energy = row.ribbons->total_mass();
+  row.learned = CachedSamples{std::make_shared<const RibbonRow>(all)};
+  row.energy = row.ribbons()->total_mass();
   return row;
 }
 
@@ -50,7 +50,7 @@ inline CachedRow open_row(std::uint32_t node, std::vector<SketchBin> sketch) {
   row.node = node;
   row.energy = 0.5f;
   row.count = sketch.size();
-  row.sketch = std::move(sketch);
+  row.density()->sketch = std::move(sketch);
   return row;
 }
 
@@ -71,6 +71,7 @@ inline CachedSlice slice_of_samples() {
   CachedSlice slice{{{16, {1.55f, 0.85f, 0.3f, 0.05f, 0, 0, 0, 2}}, {0.0f, 0.5f}, {0.0f, 1.2f}, 0}, {}};
   slice.description.kind = SliceKind::samples;
   slice.rows = {ribbon_row(0, 0.04f), open_row(1, {}), ribbon_row(3, 0.03f, 4)};
+  slice.rows[1].learned = CachedSamples{};
   return slice;
 }
 

@@ -33,8 +33,8 @@ TEST(CacheMerge, PrefersTheLaterGenerationThenTheConvergedThenTheBetter) {
   EXPECT_EQ(winner(good, reopened).state, RowState::open);
 
   CachedRow other = good;
-  other.fit.components[0].weight = 0.625f;
-  EXPECT_EQ(winner(good, other).fit.components[0].weight, 0.625f);
+  other.density()->fit.components[0].weight = 0.625f;
+  EXPECT_EQ(winner(good, other).density()->fit.components[0].weight, 0.625f);
 }
 
 TEST(CacheMerge, OpenRowsShareWhatTheySaw) {
@@ -44,7 +44,7 @@ TEST(CacheMerge, OpenRowsShareWhatTheySaw) {
   const CachedRow both = winner(a, b);
   EXPECT_EQ(both.state, RowState::open);
   EXPECT_EQ(both.count, 31u);
-  EXPECT_EQ(both.sketch,
+  EXPECT_EQ(both.density()->sketch,
             (std::vector<SketchBin>{sketch_bin(2, 4, 0.75f), sketch_bin(5, 1, 0.25f), sketch_bin(7, 3, 1.0f)}));
 }
 

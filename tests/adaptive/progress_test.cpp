@@ -77,7 +77,7 @@ TEST(Progress, WorkThatItEndsIsDoneLater) {
     EXPECT_EQ(has_ended, left < 0) << most;
     for (const CachedSlice& slice : stopped.service.snapshot().slices)
       for (const CachedRow& row : slice.rows)
-        EXPECT_TRUE(row.state != RowState::converged || row.ribbons || row.energy > 0) << most;
+        EXPECT_TRUE(row.state != RowState::converged || row.ribbons() != nullptr || row.energy > 0) << most;
   }
   EXPECT_FALSE(has_ended) << "there are fewer places";
   PassReport report;

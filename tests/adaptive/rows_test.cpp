@@ -68,7 +68,7 @@ TEST_F(OneSlice, ShowsARowThatLearnsUntilItHasConverged) {
   const CachedRow cached = rows.cached_form(row);
   EXPECT_EQ(cached.state, RowState::converged);
   EXPECT_EQ(cached.node, 3u);
-  EXPECT_EQ(cached.fit.uniform_weight, 0.5f);
+  EXPECT_EQ(cached.density()->fit.uniform_weight, 0.5f);
 }
 
 TEST_F(OneSlice, KeepsAnEarlierFitInTheCacheWhileTheRowIsOpen) {
@@ -90,7 +90,8 @@ TEST_F(OneSlice, ShowsCachedRowsOfBothKinds) {
   EXPECT_EQ(rows.objective_of(density), 0.125f);
 
   CachedRow ribbons = mixture;
-  ribbons.ribbons = std::make_shared<const RibbonRow>(std::array<RibbonRow::Part, 1>{{{Ribbon(), 0.5f}}});
+  ribbons.learned =
+      CachedSamples{std::make_shared<const RibbonRow>(std::array<RibbonRow::Part, 1>{{{Ribbon(), 0.5f}}})};
   ribbons.count = 2048;
   Row& samples = rows.add({slice, 2});
   rows.show_cached(samples, ribbons, false);
@@ -98,7 +99,7 @@ TEST_F(OneSlice, ShowsCachedRowsOfBothKinds) {
   rows.show_cached(samples, ribbons, true);
   EXPECT_EQ(rows.state_of(samples), RowState::converged);
   EXPECT_EQ(view_of(slot(2)).paths, 2048u);
-  EXPECT_EQ(*rows.cached_form(samples).ribbons, *ribbons.ribbons);
+  EXPECT_EQ(*rows.cached_form(samples).ribbons(), *ribbons.ribbons());
 }
 
 TEST_F(OneSlice, RefusesARowOfSamplesAndCanClearIt) {

@@ -332,7 +332,7 @@ TEST(SampledRows, OfACacheThatAreTooCoarseAnswerAtOnceAndAreRefined) {
   EXPECT_GT(second.service.look_up(second.slice, 0, 0).paths, paths);
 }
 
-/// 9 x 9 nodes with two coarse grids.
+/// 9 x 9 nodes with a coarse grid, and a second one, which is not used.
 SliceDescription graded_slice() {
   SliceDescription slice = sampled_slice(3, 9);
   slice.coarse = {{{0, 4, 8}, {0, 8}}, {{0, 2, 4, 6, 8}, {0, 4, 8}}};
@@ -372,12 +372,10 @@ TEST(SampledRows, BecomeFinerAndGetPathsWhereEventsAre) {
   const auto ask = [&](std::uint32_t a, std::uint32_t b, std::uint32_t events) {
     service.credit(service.look_up(slice, a, b), 0, events);
   };
-  ask(2, 4, 128);  // a node of the second grid
+  ask(2, 4, 128);
+  ask(3, 5, 512);
   service.publish();
-  EXPECT_EQ(service.peek(slice, 2, 4).paths, 512u);
-  EXPECT_EQ(service.peek(slice, 3, 4).row, RowView::no_row);
-  ask(3, 5, 512);  // a node of the slice alone
-  service.publish();
+  EXPECT_EQ(service.peek(slice, 2, 4).row, RowView::no_row);
   EXPECT_EQ(service.peek(slice, 3, 5).state, RowState::open);
   EXPECT_EQ(service.peek(slice, 3, 5).paths, 512u);
   ask(3, 5, 1024);
@@ -407,22 +405,6 @@ TEST(SampledRows, LearnToEpsilonOnlyWhereTheyAreAsked) {
   EXPECT_EQ(service.peek(slice, 3, 5).state, RowState::converged);
   EXPECT_EQ(service.peek(slice, 0, 0).state, RowState::open);
   EXPECT_EQ(service.peek(slice, 0, 0).paths, 512u);
-}
-
-TEST(SampledRows, OfACoarseLevelGrowTogether) {
-  const MovingLobes target;
-  Service service(Options{}, target);
-  const SliceId slice = *service.add_slice(graded_slice());
-  service.prepare();
-  const auto ask = [&](std::uint32_t a, std::uint32_t b, std::uint32_t events) {
-    service.credit(service.look_up(slice, a, b), 0, events);
-  };
-  EXPECT_EQ(service.publish().creations, 6u) << "those of prepare()";
-  ask(2, 4, 127);
-  ask(6, 4, 64);
-  EXPECT_EQ(service.publish().creations, 0u) << "each has the 64 events of its row, none twice as many";
-  ask(2, 4, 1);
-  EXPECT_EQ(service.publish().creations, 2u);
 }
 
 // What answers a node must be what a session that goes on from its state, or from the cache, would answer by.
@@ -471,18 +453,37 @@ TEST(SampledRows, AnswerWhileCoarseForASimilarSlice) {
     EXPECT_EQ(*row.ribbons, *service.peek(slice, n / 9, n % 9).ribbons) << n;
     EXPECT_EQ(row.state, RowState::absent);
   }
-  service.credit(service.peek(similar, 2, 4), 1, 64);    // a node of the second grid
-  service.credit(service.peek(similar, 3, 5), 1, 4096);  // a node of the slice alone
+  service.credit(service.peek(similar, 4, 8), 1, 64);    // a node of the coarse grid
+  service.credit(service.peek(similar, 3, 5), 1, 8192);  // a node of the slice alone
   const PassReport report = service.publish();
   EXPECT_EQ(report.queries, 81u);
   EXPECT_EQ(report.answered_queries, 81u);
   // The events of both refine the coarse rows of the one; a finer row is the similar slice's own.
-  EXPECT_EQ(service.peek(similar, 2, 4).row, RowView::no_row);
-  EXPECT_EQ(service.peek(slice, 2, 4).paths, 2048u);
-  EXPECT_EQ(service.peek(similar, 2, 4).paths, 2048u);
-  EXPECT_EQ(*service.peek(similar, 2, 4).ribbons, *service.peek(slice, 2, 4).ribbons) << "made again";
+  EXPECT_EQ(service.peek(similar, 4, 8).row, RowView::no_row);
+  EXPECT_EQ(service.peek(slice, 4, 8).paths, 2048u);
+  EXPECT_EQ(service.peek(similar, 4, 8).paths, 2048u);
+  EXPECT_EQ(*service.peek(similar, 4, 8).ribbons, *service.peek(slice, 4, 8).ribbons) << "made again";
   EXPECT_NE(service.peek(similar, 3, 5).row, RowView::no_row);
   EXPECT_EQ(service.peek(slice, 3, 5).row, RowView::no_row);
+}
+
+TEST(SampledRows, OfACoarseGridGrowTogether) {
+  const MovingLobes target;
+  Service service(Options{}, target);
+  const SliceId slice = *service.add_slice(graded_slice()), similar = *service.add_slice(similar_slice());
+  service.prepare();
+  EXPECT_EQ(service.publish().creations, 6u) << "those of prepare()";
+  // Events of the similar slice, since those of the slice itself would refine its rows as its own.
+  service.credit(service.peek(similar, 4, 8), 0, 2047);
+  service.credit(service.peek(similar, 0, 0), 0, 1024);
+  service.publish();
+  EXPECT_EQ(service.peek(slice, 4, 8).paths, 512u) << "each has the 1,024 events of the next stage, none twice as many";
+  EXPECT_EQ(service.peek(slice, 0, 0).paths, 512u);
+  service.credit(service.peek(similar, 4, 8), 0, 1);
+  service.publish();
+  EXPECT_EQ(service.peek(slice, 4, 8).paths, 2048u);
+  EXPECT_EQ(service.peek(slice, 0, 0).paths, 2048u);
+  EXPECT_EQ(service.peek(slice, 0, 8).paths, 512u) << "it has no events";
 }
 
 TEST(SampledRows, OfASimilarSliceAreTheSameFromAState) {
@@ -550,7 +551,7 @@ TEST(SampledRows, OfASimilarSliceNeedOneThatWasAddedOnTheSameGrids) {
   EXPECT_FALSE(service.add_slice(similar_slice())) << "not added yet";
   ASSERT_TRUE(service.add_slice(graded_slice()));
   SliceDescription other = similar_slice();
-  other.coarse.pop_back();
+  other.coarse.erase(other.coarse.begin());
   const Result<SliceId> refused = service.add_slice(other);
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message().find("same grids"), std::string::npos) << refused.error().message();
@@ -695,9 +696,9 @@ TEST(SampledRows, OfAnotherKindOrOtherPartsAreNotTaken) {
   Session first(target);
   first.pass();
   TableSnapshot image = first.service.snapshot();
-  image.slices[0].rows[0].ribbons.reset();
+  image.slices[0].rows[0].learned = CachedDensity{};
   const std::array<RibbonRow::Part, 1> one{{{Ribbon(), 0.5f}}};
-  image.slices[0].rows[1].ribbons = std::make_shared<const RibbonRow>(one);
+  image.slices[0].rows[1].learned = CachedSamples{std::make_shared<const RibbonRow>(one)};
   Session second(target, to_epsilon(), &image);
   EXPECT_EQ(second.service.peek(second.slice, 0, 0).state, RowState::absent);
   EXPECT_EQ(second.service.peek(second.slice, 0, 1).state, RowState::absent);

@@ -31,12 +31,12 @@ class ManyRows final : public RowSource {
  public:
   ManyRows(std::uint32_t rows, std::uint64_t count) : rows_(rows) {
     row_ = converged_row(0, 0.001f);
-    row_.fit.component_count = 4;
-    row_.fit.components[2] = row_.fit.components[0];
-    row_.fit.components[3] = row_.fit.components[1];
+    row_.density()->fit.component_count = 4;
+    row_.density()->fit.components[2] = row_.density()->fit.components[0];
+    row_.density()->fit.components[3] = row_.density()->fit.components[1];
     row_.count = count;
     open_ = open_row(0, {});
-    for (std::uint32_t i = 0; i < 64; ++i) open_.sketch.push_back(sketch_bin(2 * i, i, 0.0f));
+    for (std::uint32_t i = 0; i < 64; ++i) open_.density()->sketch.push_back(sketch_bin(2 * i, i, 0.0f));
     open_.count = count;
     for (std::uint32_t lobe = 0; lobe < 2; ++lobe) {
       slices_[lobe] = testing::toy_slice(lobe, 250);

@@ -240,7 +240,7 @@ TEST(Service, ARowThatFailsItsTestsIsRefusedAnsweredExactlyAndSavedAsOpen) {
   const TableSnapshot image = service.snapshot();
   ASSERT_EQ(image.slices.size(), 1u);
   EXPECT_EQ(image.slices[0].rows[0].state, RowState::open);
-  EXPECT_FALSE(image.slices[0].rows[0].sketch.empty());
+  EXPECT_FALSE(image.slices[0].rows[0].density()->sketch.empty());
 }
 
 TEST(Service, BirthsGoByCountThenByKeyThenByNode) {

@@ -98,7 +98,7 @@ TEST(Table, ASmallerEpsilonReopensRowsWithTheirFitAndKeepsWhatTheCacheHad) {
       const RowView row = service.look_up(p, cached.node / 6, cached.node % 6);
       EXPECT_EQ(row.state, cached.objective <= 1e-5 ? RowState::converged : RowState::open);
       ASSERT_NE(row.fit, nullptr);
-      EXPECT_EQ(row.fit->density(0.5f), cached.fit.density(0.5f));
+      EXPECT_EQ(row.fit->density(0.5f), cached.density()->fit.density(0.5f));
       reopened += row.state == RowState::open ? 1 : 0;
       if (row.state == RowState::open) {
         EXPECT_NE(row.nodes, nullptr);

@@ -14,7 +14,7 @@
 #include "density/interpolated_row.h"
 #include "fiber/traced_parts.h"
 #include "fit/learn_stage.h"
-#include "table/levels.h"
+#include "table/coarse_grid.h"
 #include "tress/fiber/elliptical_model.h"
 
 namespace {
@@ -153,7 +153,7 @@ TEST(RoughRows, TheFirstPathsOfAStreamHaveFourReflectionsEach) {
 TEST(RoughRows, CoarseRowsSendReflectionsWhereFinerRowsDo) {
   const auto slice = fiber::rough_slice(fiber_with(0.9f, 0.2f, 3 * degree));
   const auto target = fiber::make_rough_target();
-  const adaptive::Levels levels(slice);
+  const adaptive::CoarseGrid grid(slice);
   const auto width = static_cast<std::uint32_t>(slice.axis_b.size());
   const auto learned = [&](std::uint32_t node) {
     return adaptive::learn_stage(*target, slice, slice.axis_a[node / width], slice.axis_b[node % width], 4096, 0,
@@ -184,7 +184,7 @@ TEST(RoughRows, CoarseRowsSendReflectionsWhereFinerRowsDo) {
     for (const std::uint32_t b : {1u, 5u, 10u}) {
       const std::uint32_t node = a * width + b;
       std::vector<adaptive::WeightedRow> parents;
-      for (const adaptive::Levels::Corner& corner : levels.around(0, node)) {
+      for (const adaptive::CoarseGrid::Corner& corner : grid.around(node)) {
         if (!coarse.contains(corner.node)) coarse[corner.node] = adaptive::DecodedRow(learned(corner.node));
         parents.push_back({&coarse[corner.node], corner.weight});
       }

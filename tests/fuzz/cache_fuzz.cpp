@@ -104,8 +104,10 @@ void check(const std::string& bytes) {
   for (const adaptive::CachedSlice& slice : image->slices) {
     for (const adaptive::CachedRow& row : slice.rows) {
       for (const float x : {-3.14159265f, 0.0f, 1.0f}) {
-        const float density =
-            row.ribbons ? row.ribbons->ribbon(row.ribbons->parts() - 1).density(x, 0.1f) : row.fit.density(x);
+        const float density = row.density() != nullptr ? row.density()->fit.density(x)
+                              : row.ribbons() != nullptr
+                                  ? row.ribbons()->ribbon(row.ribbons()->parts() - 1).density(x, 0.1f)
+                                  : 0;
         fuzz::require(std::isfinite(density) && density >= 0);
       }
     }

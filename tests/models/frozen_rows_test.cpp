@@ -45,14 +45,14 @@ adaptive::TableSnapshot table_of(const fiber::FiberParameters& parameters) {
     row.state = adaptive::RowState::converged;
     row.count = 512;
     row.objective = 0.05f;
-    row.ribbons = std::make_shared<const RibbonRow>(parts);
-    row.energy = row.ribbons->total_mass();
+    row.learned = adaptive::CachedSamples{std::make_shared<const RibbonRow>(parts)};
+    row.energy = row.ribbons()->total_mass();
     slice.rows.push_back(row);
   }
   CachedRow mixture;
   mixture.state = adaptive::RowState::converged;
-  mixture.fit.component_count = 1;
-  mixture.fit.components[0] = {{0.5f, 0.1f, 0.2f}, 0.5f, 2, 0.25f};
+  mixture.density()->fit.component_count = 1;
+  mixture.density()->fit.components[0] = {{0.5f, 0.1f, 0.2f}, 0.5f, 2, 0.25f};
   mixture.energy = 0.5f;
   adaptive::CachedSlice other{{{1, {1.55f, 0.85f, 0.2f}}, {0, 0.5f}, {0, 0.3f}, 0.2f}, {mixture}};
   return {"a model", {other, slice}};
@@ -138,8 +138,8 @@ TEST(FrozenRows, AnswerAndDrawAsTheLibraryDoes) {
     color(row, 0.7f, &dark);
     color(dark, 0.5f, &darker);
     for (std::uint32_t p = 0; p < 4; ++p) {
-      const Ribbon ribbon = slice.rows[i].ribbons->ribbon(p);
-      const float mass = slice.rows[i].ribbons->mass(p);
+      const Ribbon ribbon = slice.rows[i].ribbons()->ribbon(p);
+      const float mass = slice.rows[i].ribbons()->mass(p);
       EXPECT_EQ(row.part[p].mass, mass);
       if (!(mass > 0)) continue;
       const auto [one, left_of_one] = colored(ribbon, 0.7f);
@@ -207,16 +207,18 @@ TEST(FrozenRows, ChooseNodesAndPlacesAsTheModelDoes) {
       const float x = node.azimuth(wi.phi, wr.phi), t = node.height(wi.theta, wr.theta);
       double s = 0, q = 0;
       for (std::uint32_t p = 0; p < 4; ++p) {
-        const auto [ribbon, left] = colored(row.ribbons->ribbon(p), 0.4f);
-        s += double{row.ribbons->mass(p)} * left * double{ribbon.density(x, t)} / std::cos(double{wi.theta});
-        q += double{row.ribbons->mass(p)} * double{row.ribbons->ribbon(p).density(x, t)} / std::cos(double{wi.theta});
+        const auto [ribbon, left] = colored(row.ribbons()->ribbon(p), 0.4f);
+        s += double{row.ribbons()->mass(p)} * left * double{ribbon.density(x, t)} / std::cos(double{wi.theta});
+        q += double{row.ribbons()->mass(p)} * double{row.ribbons()->ribbon(p).density(x, t)} /
+             std::cos(double{wi.theta});
       }
       const float sigma_a = 0.4f;
       float found = 0;
       evaluate(frozen.table(), event, {wi.theta, wi.phi}, &sigma_a, 1, &found);
       // A height is known to 1e-7 of itself, and the narrowest law has a scale of 1e-3.
       expect_same(double{found}, s, 2e-3);
-      expect_same(double{pdf(frozen.table(), event, {wi.theta, wi.phi})}, q / double{row.ribbons->total_mass()}, 2e-3);
+      expect_same(double{pdf(frozen.table(), event, {wi.theta, wi.phi})}, q / double{row.ribbons()->total_mass()},
+                  2e-3);
       const float u[3] = {random.next(), random.next(), random.next()};
       const frozen::Direction drawn = sample(frozen.table(), event, u);
       EXPECT_GT(pdf(frozen.table(), event, drawn), 0);

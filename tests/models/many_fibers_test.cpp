@@ -107,7 +107,7 @@ TEST(many_fibers, rows_that_cease_to_be_converged_are_asked_again) {
   adaptive::TableSnapshot image = taught->service().snapshot();
   for (adaptive::CachedSlice& slice : image.slices) {
     for (adaptive::CachedRow& row : slice.rows) {
-      for (adaptive::Component& part : row.fit.components) part.shape.mu = 0.5f * part.shape.mu + 0.4f;
+      for (adaptive::Component& part : row.density()->fit.components) part.shape.mu = 0.5f * part.shape.mu + 0.4f;
     }
   }
   const auto target = fiber::make_elliptical_target();

@@ -106,7 +106,7 @@ rc::Gen<CachedRow> any_open_row(std::uint32_t bins) {
         row.generation = generation;
         row.count = count;
         row.energy = energy;
-        row.sketch = std::move(sketch);
+        row.density()->sketch = std::move(sketch);
         return row;
       },
       testing::pick<bool>({false, true}), any_generation(), any_count(), testing::pick<float>({0.0f, 0.25f, 1.0f}),
@@ -126,7 +126,7 @@ rc::Gen<CachedRow> any_mixture_row() {
   return rc::gen::apply(
       [](std::uint32_t generation, std::uint64_t count, float objective, const Mixture& fit) {
         CachedRow row = converged(generation, count, objective);
-        row.fit = fit;
+        row.density()->fit = fit;
         row.energy = fit.energy();
         return row;
       },
@@ -146,11 +146,19 @@ rc::Gen<CachedRow> any_ribbon_row() {
   return rc::gen::apply(
       [](std::uint32_t generation, std::uint64_t count, float objective, const RibbonRow& ribbons) {
         CachedRow row = converged(generation, count, objective);
-        row.ribbons = std::make_shared<const RibbonRow>(ribbons);
+        row.learned = CachedSamples{std::make_shared<const RibbonRow>(ribbons)};
         row.energy = ribbons.total_mass();
         return row;
       },
       any_generation(), any_count(), any_objective(), any_ribbons());
+}
+
+rc::Gen<CachedRow> any_row_of_samples() {
+  const auto of_samples = [](CachedRow row) {
+    row.learned = CachedSamples{};
+    return row;
+  };
+  return testing::either(rc::gen::map(any_open_row(0), of_samples), any_ribbon_row());
 }
 
 /// Open, refused, converged to a mixture; of node 0.
@@ -192,8 +200,8 @@ rc::Gen<CachedSlice> any_slice(std::size_t index) {
       },
       testing::below(4),
       rc::gen::container<std::vector<rc::Maybe<CachedRow>>>(
-          usual.node_count(), rc::gen::maybe(samples ? testing::either(any_open_row(0), any_ribbon_row())
-                                                     : any_row(Sketch::bin_count(usual.blur_rad)))));
+          usual.node_count(),
+          rc::gen::maybe(samples ? any_row_of_samples() : any_row(Sketch::bin_count(usual.blur_rad)))));
 }
 
 /// A whole table, the empty one included; slices without rows, keys that two tables share or not.
@@ -248,12 +256,12 @@ void showValue(const CachedRow& row, std::ostream& out) {
   const char* states[] = {"unborn", "open", "converged", "refused"};
   out << "\n    node " << row.node << " " << states[static_cast<int>(row.state)] << " generation " << row.generation
       << " objective " << row.objective << " count " << row.count << " energy " << row.energy;
-  if (row.ribbons) {
-    rc::show(*row.ribbons, out << " ribbons ");
+  if (row.ribbons() != nullptr) {
+    rc::show(*row.ribbons(), out << " ribbons ");
   } else if (row.state == RowState::converged) {
-    rc::show(row.fit, out << " fit ");
+    rc::show(row.density()->fit, out << " fit ");
   } else {
-    rc::show(row.sketch, out << " sketch ");
+    rc::show(row.density()->sketch, out << " sketch ");
   }
 }
 void showValue(const TableSnapshot& image, std::ostream& out) {

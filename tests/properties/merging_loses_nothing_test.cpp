@@ -1,6 +1,7 @@
 // Merging is a maximum: of every node the larger row, by the order of CACHE_FORMAT.md written down once more here, and
 // of open rows all that both saw. The result can be read.
 #include <algorithm>
+#include <span>
 
 #include "cache/format.h"
 #include "properties/generators.h"
@@ -20,6 +21,10 @@ std::string encoded(const CachedRow& row) {
   return out.take();
 }
 
+std::span<const SketchBin> sketch_of(const CachedRow& row) {
+  return row.density() != nullptr ? std::span(row.density()->sketch) : std::span<const SketchBin>();
+}
+
 bool is_open(const CachedRow& row) { return row.state != RowState::converged; }
 
 /// Whether `row` has all that `other` has, and is not below it.
@@ -28,12 +33,13 @@ bool dominates(const CachedRow& row, const CachedRow& other) {
   if (is_open(row) != is_open(other)) return is_open(other);
   if (is_open(row)) {
     if (row.count < other.count || row.energy < other.energy) return false;
-    return std::ranges::all_of(other.sketch, [&](const SketchBin& bin) {
-      const auto same = std::ranges::find(row.sketch, bin.index, &SketchBin::index);
-      return same != row.sketch.end() && same->bits <= bin.bits;
+    return std::ranges::all_of(sketch_of(other), [&](const SketchBin& bin) {
+      const auto sketch = sketch_of(row);
+      const auto same = std::ranges::find(sketch, bin.index, &SketchBin::index);
+      return same != sketch.end() && same->bits <= bin.bits;
     });
   }
-  const bool is_sampled = row.ribbons != nullptr && other.ribbons != nullptr;  // whose objectives are noisy
+  const bool is_sampled = row.ribbons() != nullptr && other.ribbons() != nullptr;  // whose objectives are noisy
   if (!is_sampled && row.objective != other.objective) return row.objective < other.objective;
   if (row.count != other.count) return row.count > other.count;
   return encoded(row) >= encoded(other);
@@ -75,9 +81,9 @@ RC_GTEST_PROP(Merging, KeepsOfEachNodeTheLargerRowAndNoOther, ()) {
       // Only two open rows of one generation become a third.
       RC_ASSERT((x && y && is_open(*x) && is_open(*y) && x->generation == y->generation));
       RC_ASSERT(kept->count == std::max(x->count, y->count));
-      for (const SketchBin& bin : kept->sketch) {
-        RC_ASSERT(std::ranges::find(x->sketch, bin) != x->sketch.end() ||
-                  std::ranges::find(y->sketch, bin) != y->sketch.end());
+      for (const SketchBin& bin : sketch_of(*kept)) {
+        const auto of_x = sketch_of(*x), of_y = sketch_of(*y);
+        RC_ASSERT(std::ranges::find(of_x, bin) != of_x.end() || std::ranges::find(of_y, bin) != of_y.end());
       }
     }
   }

@@ -15,16 +15,19 @@ void expect_same(const CachedRow& read, const CachedRow& written) {
   RC_ASSERT(read.count == written.count);
   RC_ASSERT(read.energy == written.energy);
   RC_ASSERT(read.objective == (open ? 0.0f : written.objective));
-  RC_ASSERT(read.sketch == (open ? written.sketch : std::vector<SketchBin>{}));
-  RC_ASSERT((read.ribbons != nullptr) == (!open && written.ribbons != nullptr));
-  RC_ASSERT((!read.ribbons || *read.ribbons == *written.ribbons));
-  if (open || written.ribbons) return;
-  RC_ASSERT(read.fit.component_count == written.fit.component_count);
-  RC_ASSERT(read.fit.uniform_weight == written.fit.uniform_weight);
-  RC_ASSERT(read.fit.uniform_attribute_mean == written.fit.uniform_attribute_mean);
-  RC_ASSERT(read.fit.uniform_attribute_variance == written.fit.uniform_attribute_variance);
-  for (std::size_t d = 0; d < read.fit.component_count; ++d) {
-    const Component &x = read.fit.components[d], &y = written.fit.components[d];
+  RC_ASSERT((read.density() != nullptr) == (written.density() != nullptr));
+  RC_ASSERT((read.ribbons() != nullptr) == (!open && written.ribbons() != nullptr));
+  RC_ASSERT((read.ribbons() == nullptr || *read.ribbons() == *written.ribbons()));
+  if (read.density() == nullptr) return;
+  RC_ASSERT(read.density()->sketch == (open ? written.density()->sketch : std::vector<SketchBin>{}));
+  if (open) return;
+  const Mixture &a = read.density()->fit, &b = written.density()->fit;
+  RC_ASSERT(a.component_count == b.component_count);
+  RC_ASSERT(a.uniform_weight == b.uniform_weight);
+  RC_ASSERT(a.uniform_attribute_mean == b.uniform_attribute_mean);
+  RC_ASSERT(a.uniform_attribute_variance == b.uniform_attribute_variance);
+  for (std::size_t d = 0; d < a.component_count; ++d) {
+    const Component &x = a.components[d], &y = b.components[d];
     RC_ASSERT(x.shape.mu == y.shape.mu && x.shape.s_left == y.shape.s_left && x.shape.s_right == y.shape.s_right);
     RC_ASSERT(x.weight == y.weight);
     RC_ASSERT(x.attribute_mean == y.attribute_mean && x.attribute_variance == y.attribute_variance);

@@ -29,7 +29,7 @@ bool same_density(const Mixture& a, const Mixture& b) {
 
 std::vector<ObservedPair> pairs_of(const CachedRow& row, float blur_rad) {
   Sketch sketch(Sketch::bin_count(blur_rad));
-  sketch.merge(row.sketch);
+  sketch.merge(row.density()->sketch);
   return sketch.pairs();
 }
 
@@ -108,7 +108,7 @@ void ServiceModel::check_loaded(const Service& service) {
       if (node.queries == 0 && node.cached && node.cached->state == RowState::converged) {
         // Answers, or proposes, by what the cache says, and no better than it says.
         RC_ASSERT(now.objective == node.cached->objective);
-        RC_ASSERT((now.fit && same_density(*now.fit, node.cached->fit)));
+        RC_ASSERT((now.fit && same_density(*now.fit, node.cached->density()->fit)));
       }
       node.answer = now;
     }
@@ -235,8 +235,8 @@ void ServiceModel::check_row(const Slice& slice, std::size_t p, const CachedRow&
   RC_ASSERT(row.generation >= least);
   if (row.state == RowState::converged) {
     RC_ASSERT(row.objective == node.answer.objective);
-    RC_ASSERT(row.sketch.empty());
-    RC_ASSERT((node.answer.fit && same_density(row.fit, *node.answer.fit)));
+    RC_ASSERT(row.density()->sketch.empty());
+    RC_ASSERT((node.answer.fit && same_density(row.density()->fit, *node.answer.fit)));
     RC_ASSERT(row.energy == (as_it_came ? node.cached->energy : nodes.energy()));
     if (as_it_came) RC_ASSERT(row.count == std::min(node.cached->count, (std::uint64_t{1} << 48) - 1));
     RC_ASSERT((row.generation == least || !as_it_came));
@@ -246,15 +246,17 @@ void ServiceModel::check_row(const Slice& slice, std::size_t p, const CachedRow&
   const std::vector<ObservedPair> pairs = pairs_of(row, slice.description.blur_rad);
   RC_ASSERT(!pairs.empty());
   RC_ASSERT(row.energy == nodes.energy());
-  const bool kept_sketch = node.cached && !was_converged && !node.cached->sketch.empty() && node.reopened == 0;
+  const bool kept_sketch =
+      node.cached && !was_converged && !node.cached->density()->sketch.empty() && node.reopened == 0;
   if (kept_sketch) {
     const double off = distance(pairs_of(*node.cached, slice.description.blur_rad), nodes), most = options_.epsilon / 4;
     if (off > 1.001 * most) RC_ASSERT(row.generation == std::min<std::uint64_t>(first + 1, ~0u));
     if (off < 0.999 * most) RC_ASSERT(row.generation == first);
     if (off >= 0.999 * most) return;
-    for (const SketchBin& bin : node.cached->sketch) {
-      const auto now = std::ranges::find(row.sketch, bin.index, &SketchBin::index);
-      RC_ASSERT((now != row.sketch.end() && now->bits <= bin.bits));  // nothing is forgotten; the nearest pair stays
+    for (const SketchBin& bin : node.cached->density()->sketch) {
+      const auto now = std::ranges::find(row.density()->sketch, bin.index, &SketchBin::index);
+      RC_ASSERT((now != row.density()->sketch.end() &&
+                 now->bits <= bin.bits));  // nothing is forgotten; the nearest pair stays
     }
     return;
   }

@@ -32,7 +32,7 @@ double relative_l2(const CachedRow& row, const TracedNodes& nodes) {
   double sum = 0;
   for (int i = 0; i < points; ++i) {
     const auto x = static_cast<float>(-pi + 2 * pi * (i + 0.5) / points);
-    const float f = row.fit.density(x);
+    const float f = row.density()->fit.density(x);
     const double r = static_cast<double>(f) - nodes.density(x);
     sum += r * r;
   }
@@ -81,9 +81,9 @@ TEST_P(EveryLearner, LearnsTheToyTargets) {
       const TracedNodes nodes(rays, d.blur_rad);
       // The test lets about one row in a thousand pass whose error is above epsilon; twice that was never seen.
       EXPECT_LE(relative_l2(row, nodes), 2 * Options{}.epsilon) << "node " << row.node;
-      EXPECT_NEAR(row.fit.energy(), nodes.energy(), 1e-5 * nodes.energy());
-      EXPECT_GE(row.fit.uniform_weight, 0);
-      for (const Component& part : row.fit.parts()) {
+      EXPECT_NEAR(row.density()->fit.energy(), nodes.energy(), 1e-5 * nodes.energy());
+      EXPECT_GE(row.density()->fit.uniform_weight, 0);
+      for (const Component& part : row.density()->fit.parts()) {
         EXPECT_GE(part.weight, 0);
         EXPECT_GT(part.attribute_mean, 0);
         for (const float scale : {part.shape.s_left, part.shape.s_right}) {

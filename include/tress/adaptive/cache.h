@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "tress/adaptive/mixture.h"
@@ -31,18 +32,35 @@ struct SketchBin {
   friend bool operator==(const SketchBin&, const SketchBin&) = default;
 };
 
+/// What a row of a slice of densities has learned.
+struct CachedDensity {
+  Mixture fit;                    ///< of a converged row; otherwise empty
+  std::vector<SketchBin> sketch;  ///< of an open row, in ascending order of index
+};
+
+/// What a row of a slice of samples has learned.
+struct CachedSamples {
+  /// Of a converged row; null for an open one. Shared, since they do not change.
+  std::shared_ptr<const RibbonRow> ribbons;
+};
+
 struct CachedRow {
   std::uint32_t node = 0;           ///< a * axis_b.size() + b
   RowState state = RowState::open;  ///< open or converged
   std::uint32_t generation = 0;     ///< raised each time the row is reopened
-  Mixture fit;                      ///< fit of a converged row without ribbons; otherwise empty
-  /// The ribbons of a converged row of a slice of samples, of mass `energy`; null for all others. Shared, since they do
-  /// not change.
-  std::shared_ptr<const RibbonRow> ribbons;
-  float energy = 0;
-  float objective = 0;            ///< the bound that passed the test, relative squared L2; 0 for open rows
-  std::uint64_t count = 0;        ///< number of g evaluations, or of paths, from which it was learned
-  std::vector<SketchBin> sketch;  ///< set for an open row in a slice of densities, in ascending order of index
+  float energy = 0;                 ///< mass of the target; of a converged row of samples, of its ribbons
+  float objective = 0;              ///< the bound that passed the test, relative squared L2; 0 for open rows
+  std::uint64_t count = 0;          ///< number of g evaluations, or of paths, from which it was learned
+  std::variant<CachedDensity, CachedSamples> learned;  ///< by the kind of its slice
+
+  /// Null for a row of a slice of samples.
+  const CachedDensity* density() const { return std::get_if<CachedDensity>(&learned); }
+  CachedDensity* density() { return std::get_if<CachedDensity>(&learned); }
+  /// Null but for a row of a slice of samples that has them.
+  const RibbonRow* ribbons() const {
+    const auto* samples = std::get_if<CachedSamples>(&learned);
+    return samples != nullptr ? samples->ribbons.get() : nullptr;
+  }
 };
 
 struct CachedSlice {

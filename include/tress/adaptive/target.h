@@ -60,8 +60,8 @@ struct SliceDescription {
   /// D: the largest number of components of a fit in this slice; Options::max_components is a limit too. Not saved.
   std::uint32_t max_components = Mixture::max_components;
   SliceKind kind = SliceKind::density;  ///< blur and components apply to densities only
-  /// In a slice of samples: coarser grids, the coarsest first. Rows at their nodes answer for nodes that have no row
-  /// yet; without such grids, these nodes are not answered. Not saved.
+  /// In a slice of samples: coarser grids, of which the first is used. Rows at its nodes answer for nodes that have no
+  /// row yet; without one, these nodes are not answered. Not saved.
   std::vector<CoarseAxes> coarse = {};
   /// In a slice of samples: the key of a slice with the same axes, coarse grids and parts that was added before, if its
   /// target differs by less than the error of coarse rows. This slice then has no coarse rows: the other's answer for

@@ -109,8 +109,8 @@ class Service:
         max_components: int = 8,
     ) -> int:
         """A grid of rows, by the key (lobe, parameters); its number. samples: whether it is learned from draw() or
-        trace(), for a target that has both. coarse: coarser grids of samples, as indices into both axes, the coarsest
-        first; coarse_rows_of: a slice whose coarse rows answer for this one."""
+        trace(), for a target that has both. coarse: coarser grids of samples, as indices into both axes, of which the
+        first is used; coarse_rows_of: a slice whose coarse rows answer for this one."""
         samples = self._draws and not self._traces if samples is None else samples
         axis_a, axis_b = list(axis_a), list(axis_b)
         grids = [(list(a), list(b)) for a, b in coarse]
