@@ -40,9 +40,11 @@ float luminance_of(const glm::vec3& color) { return std::max(0.0f, luminance(col
 float mean_of(const glm::vec3& color) { return (color.x + color.y + color.z) / 3; }
 
 /// The density over which a sample of density `own` is weighed against another that could find the same light: their
-/// sum, or by their squares where an event begins with FiberModel::begin_drawn_near() (Veach 1997, section 9.2).
+/// sum, or by their fourth powers where an event begins with FiberModel::begin_drawn_near() (Veach 1997, section 9.2).
 float density_of_balance(float own, float other, NearHit near) {
-  return near == NearHit::drawn && own > 0 ? own + other * (other / own) : own + other;
+  if (near != NearHit::drawn || !(own > 0)) return own + other;
+  const float ratio = other / own;
+  return own + other * (ratio * ratio * ratio);
 }
 
 /// Unit normal of a fiber: across its axis, towards the start of the ray; the minor axis if the ray is along the fiber.

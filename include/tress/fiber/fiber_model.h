@@ -105,8 +105,8 @@ class FiberModel {
   }
   /// The same for a fiber that touches others: sample() traces from h, since where light leaves decides which neighbour
   /// it meets; evaluate() has the mean over h, as after begin(), since light from one direction is bright from a part
-  /// of the width only. The pdf is that of evaluate() plus drawn_near_density. Weigh sampled light against directions
-  /// that find light by the squares of the densities: broad lights are then seen from h, small ones from the mean.
+  /// of the width only. The pdf is the row's plus drawn_near_density. Weigh sampled light against directions that find
+  /// light by the fourth powers of densities: broad lights are then seen from h, small ones from the mean.
   FiberEvent begin_drawn_near(FiberId fiber, const FiberDirection& wr, float xi1, float xi2, float h,
                               float importance = 1) const {
     return begun(&FiberModel::make_drawn_near_event, fiber, wr, xi1, xi2, h, importance);
