@@ -16,7 +16,7 @@ MAIN = ("curly lock", "light")  # the scene with several budgets, and every riva
 SCENES = [MAIN, ("straight groom", "brown"), ("straight.hair", "light"), ("bear.hair", "dark"), ("varied", None)]
 QUICK_SCENES = [MAIN, ("straight groom", "brown")]
 MAIN_ONLY = (*pictures.LEARNERS, "warm", "deon2011 35")
-LEARNING = (*pictures.LEARNERS, "rough")  # their first passes may cost more than the last
+LEARNING = (*pictures.LEARNERS, "rough", "rough touching")  # their first passes may cost more than the last
 
 
 def sizes(run):
@@ -126,7 +126,7 @@ def measure(run):
 
 # ---- drawing --------------------------------------------------------------------------------------------------------
 
-SHORT = {"rough": "rough (cold)", "rough warm": "rough (warm)", "cold": "elliptical (cold)", "warm": "elliptical (warm)",
+SHORT = {"rough": "rough (cold)", "rough warm": "rough (warm)", "rough touching": "rough, near=touching", "cold": "elliptical (cold)", "warm": "elliptical (warm)",
          "prebaked": "elliptical (prebaked)", "corrected": "corrected (prebaked)",
          "deon2011 10": "d'Eon, 10 points", "deon2011 35": "d'Eon, 35", "deon2011 100": "d'Eon, 100", "fiber3d": "fiber3d, the truth",
          "pekelis2015": "pekelis2015 (prebaked)", **{name: "learner " + name for name in pictures.LEARNERS}}

@@ -354,6 +354,7 @@ STYLES = {
     "appendix-literal": ("#dbdb8d", "x"), "ais": ("#08306b", "D"), "table": ("#5f0f40", "P"), "cycles": ("#393b79", "h"),
     "cold": ("#d62728", "o"), "warm": ("#fb9a99", "o"), "prebaked": ("#a50f15", "D"),
     "quadrature": ("#7fa8d9", "d"), "rough": ("#006d2c", "o"), "rough warm": ("#74c476", "o"),
+    "rough touching": ("#00441b", "s"),
 }
 
 

@@ -61,6 +61,7 @@ PAPER = ("--model", "pekelis2015")
 RIVALS = {rival.name: rival for rival in [
     Rival("rough", "rough: rows of samples, cold", *ROUGH, part=1),
     Rival("rough warm", "rough, warm", *ROUGH, *FROZEN, converged=ROUGH, table="rough", part=1),
+    Rival("rough touching", "rough, hits of touching fibers traced", *ROUGH, "--set", "integrator/near=touching"),
     Rival("cold", "elliptical: fitted, cold", *ELLIPTICAL, converged=OURS, part=1),
     Rival("warm", "elliptical, warm", *ELLIPTICAL, *FROZEN, converged=OURS, table="taught"),
     Rival("prebaked", "elliptical, prebaked", *ELLIPTICAL, *FROZEN, converged=OURS, table="baked"),

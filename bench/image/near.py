@@ -23,8 +23,8 @@ import figures  # noqa: E402
 
 WAYS = {"fiber3d": ["--model", "fiber3d"], "nowhere": ["--near", "nowhere"], "usual": [], "touching": ["--near", "touching"],
         "everywhere": ["--near", "everywhere"]}
-LIGHTS = {"white": {"environment": {"constant": [1, 1, 1]}, "environment_visible": False}, "studio": {},
-          "sun": {"lights": [{"distant": {"azimuth_deg": 60, "elevation_deg": 35, "irradiance": [3, 3, 3]}}]}}
+LIGHTS = {"white": {"environment": {"constant": [1, 1, 1]}, "environment_visible": False}, "studio": {"environment": {"studio": True}, "environment_visible": False},
+          "sun": {"environment": {"constant": [0, 0, 0]}, "environment_visible": False, "lights": [{"distant": {"azimuth_deg": 60, "elevation_deg": 35, "irradiance": [3, 3, 3]}}]}}
 
 
 def children_cpu():

@@ -90,7 +90,7 @@ TEST(SetKeys, TheIntegratorHasItsKeys) {
   EXPECT_EQ(scene->integrator.near_pixels, 1.5f);
   EXPECT_EQ(parse_set({"integrator/near=touching"})->integrator.near, "touching");
   EXPECT_THAT(fault_of_setting({"integrator/near=nearby"}),
-              HasSubstr("/integrator/near: expected one of nowhere, touching, everywhere"));
+              HasSubstr("/integrator/near: expected one of nowhere, seen, touching, everywhere"));
   EXPECT_THAT(fault_of_setting({"integrator/max_depth=0"}), HasSubstr("expected a whole number, 1..4096"));
   EXPECT_THAT(fault_of_setting({"integrator/deep_light_depth=3"}), HasSubstr("beside \"deep_light\""));
   EXPECT_THAT(fault_of_setting({"integrator/deep_light=learned", "integrator/roulette=throughput"}),
