@@ -89,6 +89,8 @@ std::string words_of(const NearOptions& options) {
   else if (share > 0)
     words += fmt::format(", and {} {:.0f} % of the hits where they touch",
                          options.where == NearOptions::Where::touching ? "at" : "but for small lights at", 100 * share);
+  if (share > 0 && options.where == NearOptions::Where::usual)
+    words += "; dark fur under lamps needs \"near\": \"touching\"";
   if (!options.closeness.empty())
     words += fmt::format(" ({:.3g} % of the light that leaves one meets another within {:.4g} widths; {:.0f} count)",
                          100 * most, close_widths, 100 * loose);
