@@ -79,8 +79,9 @@ TRESS_WRAPPED(bool, occluded, "_ZNK5tress8geometry10FiberScene8occludedERKNS0_3R
               const geometry::Ray&, float)
 TRESS_WRAPPED(Vertex, begin,
               "_ZNK5tress9integrate10Scattering5beginERKNS_8geometry3HitERKN3glm3vecILi3EfLNS6_"
-              "9qualifierE0EEERKSt5arrayIfLm2EEfb",
-              const Scattering*, const geometry::Hit&, const glm::vec3&, const std::array<float, 2>&, float, bool)
+              "9qualifierE0EEERKSt5arrayIfLm2EEfNS0_7NearHitE",
+              const Scattering*, const geometry::Hit&, const glm::vec3&, const std::array<float, 2>&, float,
+              integrate::NearHit)
 TRESS_WRAPPED(
     integrate::Scattered, evaluate,
     "_ZNK5tress9integrate10Scattering8evaluateERKNS0_6VertexERKN3glm3vecILi3EfLNS5_9qualifierE0EEERNS0_8PathSumsE",
@@ -118,12 +119,12 @@ bool wrapped_occluded(const FiberScene* self, const geometry::Ray& ray, float di
 }
 
 Vertex wrapped_begin(const Scattering* self, const geometry::Hit& hit, const glm::vec3& ray_direction,
-                     const std::array<float, 2>& xi, float importance, bool is_near) {
+                     const std::array<float, 2>& xi, float importance, integrate::NearHit near) {
   if (recording) {
     recording->steps.push_back(Step::begin);
     recording->begins.push_back({hit, ray_direction, xi});
   }
-  return real_begin(self, hit, ray_direction, xi, importance, is_near);
+  return real_begin(self, hit, ray_direction, xi, importance, near);
 }
 
 integrate::Scattered wrapped_evaluate(const Scattering* self, const Vertex& vertex, const glm::vec3& direction,
