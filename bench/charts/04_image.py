@@ -2,7 +2,7 @@
 
 Two errors, never mixed. *Noise* is against what the same model converges to: root mean square difference of pixels where there
 is hair, over the mean there. *Model error* is that converged picture against `fiber3d`'s: root mean square difference of means of
-8 x 8 pixels, over the truth's mean, the noise of both taken out by squares; the truth is `rough` with near=everywhere, whose hits
+blocks of pixels (sizes()), over the truth's mean, the noise of both taken out by squares; the truth is `rough` with near=everywhere, whose hits
 are traced as `fiber3d`'s are and see lights. Times are CPU of the passes that a picture of 5 %
 noise takes (pictures.py), over ours in the same round; `startup` stands beside them.
 """
@@ -126,7 +126,8 @@ def measure(run):
 
 # ---- drawing --------------------------------------------------------------------------------------------------------
 
-SHORT = {"rough": "rough (cold)", "rough warm": "rough (warm)", "rough touching": "rough, near=touching", "cold": "elliptical (cold)", "warm": "elliptical (warm)",
+SHORT = {"rough": "rough (cold)", "rough warm": "rough (warm)", "rough touching": "rough, near=touching",
+         "cold": "elliptical (cold)", "warm": "elliptical (warm)",
          "prebaked": "elliptical (prebaked)", "corrected": "corrected (prebaked)",
          "deon2011 10": "d'Eon, 10 points", "deon2011 35": "d'Eon, 35", "deon2011 100": "d'Eon, 100", "fiber3d": "fiber3d, the truth",
          "pekelis2015": "pekelis2015 (prebaked)", **{name: "learner " + name for name in pictures.LEARNERS}}

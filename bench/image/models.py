@@ -3,8 +3,8 @@
 
 usage: bench/image/models.py [BUILD] [-o FILE] [--spp N] [--seeds N] [--truth N] [--only NAME]... [--cold] [-- FLAG...]
 
-The scenes of chart 4, and blond hair in a city, whose hits are all answered by rows (near=nowhere). Each model is taught by one render, then rendered with its table frozen, the
-models taking turns, a seed each turn. Noise n^2 is the variance over seeds, mean of the pixels that are lit, over the square of
+The scenes of chart 4, and blond hair in a city, whose hits are all answered by rows (near=nowhere). Each model is taught by
+one render, then rendered with its table frozen, the models taking turns, a seed each turn. Noise n^2 is the variance over seeds, mean of the pixels that are lit, over the square of
 their mean; the time to 5 % noise is once + sample N (n / 0.05)^2 as in chart 4 (bench/charts/pictures.py). The error is the
 root mean square difference of means of 8 x 8 pixels from the truth's over its mean, what variances over seeds show of noise
 taken out. The truth is `rough` without a row, --truth seeds (0: none) of four times the samples: every hit is a traced path and

@@ -40,7 +40,7 @@ struct CachedDensity {
 
 /// What a row of a slice of samples has learned.
 struct CachedSamples {
-  /// Of a converged row; null for an open one. Shared, since they do not change.
+  /// Null for an open row. Shared, since ribbons of a converged row do not change.
   std::shared_ptr<const RibbonRow> ribbons;
 };
 
