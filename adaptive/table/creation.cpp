@@ -1,7 +1,7 @@
 // Creation of rows: which nodes get a row, in which order, and what a new row starts with.
 #include <algorithm>
 
-#include "base/pi.h"
+#include "table/row_stream.h"
 #include "table/table.h"
 
 namespace tress::inline v0_2::adaptive {
@@ -17,7 +17,7 @@ bool Service::Table::answers(SliceId slice, const CachedRow& cached) const {
   if (cached.ribbons() != nullptr) return true;
   const double objective = cached.objective;
   return objective <= options_.epsilon ||
-         (light_.paths > 0 && objective <= epsilon_of(slice, cached.node, cached.energy));
+         (light_.paths > 0 && objective <= light_.epsilon_of(rows_.slice(slice), cached.node, cached.energy));
 }
 
 bool Service::Table::needs_nodes(const Candidate& candidate) const {
@@ -39,53 +39,19 @@ std::size_t Service::Table::bytes_needed(const Candidate& candidate) const {
          (keeps_earlier ? sizeof(CachedRow) : 0) + (candidate.nodes ? candidate.nodes->bytes() : sizeof(TracedNodes));
 }
 
-bool Service::Table::outdated(const Row& row) const {
-  const std::vector<ObservedPair> pairs = row.learning->sketch.pairs();
-  double sum = 0;
-  for (const ObservedPair& pair : pairs) {
-    const double change = static_cast<double>(row.learning->nodes->density(pair.azimuth)) - pair.g;
-    sum += change * change;
-  }
-  const double objective =
-      pairs.empty() ? 0 : sum * two_pi / (static_cast<double>(pairs.size()) * row.learning->nodes->variation());
-  return objective > epsilon_of(row.slice, row.node, row.energy) / 4;  // the error that a fit must reach on its pairs
-}
-
-Service::Table::Outcome Service::Table::settle(Row& row) const {
+RowOutcome Service::Table::settle(Row& row) const {
   const Slice& slice = rows_.slice(row.slice);
-  Outcome outcome;
   const auto found = slice.stored.find(row.node);
   const CachedRow* cached = found == slice.stored.end() ? nullptr : &found->second;
-  if (cached != nullptr) {
-    row.generation = cached->generation;
-    if (answers(row.slice, *cached)) {
-      row.set_count(cached->count);
-      row.energy = cached->energy;
-      row.audit = stream_of(row, 0).next_bits() % audit_one_in == 0 ? Audit::due : Audit::possible;
-      outcome.cached = cached;
-      return outcome;
-    }
-  }
-  Learning& learning = *row.learning;
-  row.energy = learning.nodes->energy();
-  if (cached != nullptr) {
-    const CachedDensity& learned = *cached->density();
-    learning.count = cached->count;
-    if (cached->state == RowState::converged) {
-      learning.fit = learned.fit;
-      learning.has_fit = true;
-      learning.objective = cached->objective;
-      learning.earlier = std::make_unique<const CachedRow>(*cached);
-    }
-    learning.sketch.merge(learned.sketch);
-    if (outdated(row)) {
-      learning.sketch.clear();
-      learning.count = 0;
-      row.raise_generation();
-      outcome.reopened = true;
-    }
-  }
-  begin(row, outcome);
+  if (cached != nullptr) row.generation = cached->generation;
+  if (cached == nullptr || !answers(row.slice, *cached)) return densities_.open(row, cached, pass_);
+  row.set_count(cached->count);
+  row.energy = cached->energy;
+  const bool is_chosen =
+      row_stream(options_.seed, slice.description.key, row.node, pass_).next_bits() % audit_one_in == 0;
+  row.audit = is_chosen ? Audit::due : Audit::possible;
+  RowOutcome outcome;
+  outcome.cached = cached;
   return outcome;
 }
 
@@ -127,7 +93,7 @@ bool Service::Table::admit(std::vector<Candidate>& candidates, PassReport& repor
         row.learning->queries_at_creation = one.queries;
       }
     }
-    std::vector<Outcome> outcomes(rows_.size() - first);
+    std::vector<RowOutcome> outcomes(rows_.size() - first);
     in_parallel(outcomes.size(), [&](std::size_t i) { outcomes[i] = settle(rows_[first + i]); });
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
       Row& row = rows_[first + i];

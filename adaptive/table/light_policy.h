@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "table/slice.h"
 #include "tress/adaptive/options.h"
 #include "tress/adaptive/target.h"
 
@@ -34,6 +35,9 @@ class LightPolicy {
   }
   /// The epsilon that a row must reach. energy: the mass of g, for rows of densities.
   double epsilon_of(const SliceDescription& slice, std::uint64_t light, float energy) const;
+  double epsilon_of(const Slice& slice, std::uint32_t node, float energy) const {
+    return epsilon_of(slice.description, slice.light_at(node), energy);
+  }
   /// The relative error that a row of this objective may cause in the mean radiance. PassReport::bias_bound is their
   /// sum.
   double bias_of(const SliceDescription& slice, std::uint64_t light, float energy, double objective) const;

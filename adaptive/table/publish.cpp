@@ -25,7 +25,7 @@ double quantile(const std::vector<float>& ascending, double share) {
 
 }  // namespace
 
-void Service::Table::account(const Outcome& outcome, PassReport& report) {
+void Service::Table::account(const RowOutcome& outcome, PassReport& report) {
   report.g_evaluations += outcome.g_evaluations;
   report.validation_draws += outcome.validation_draws;
   report.refits += outcome.refits;
@@ -55,17 +55,17 @@ void Service::Table::update_rows(PassReport& report) {
     }
     if (state == RowState::open ? asked || observed : is_audited) dirty.push_back(i);
   }
-  std::vector<Outcome> outcomes(dirty.size());
+  std::vector<RowOutcome> outcomes(dirty.size());
   std::vector<std::size_t> sizes(dirty.size());
   std::set<SliceId> misfitting;  // slices with a row that no longer fits
   in_parallel(dirty.size(), [&](std::size_t i) {
     Row& row = rows_[dirty[i]];
     sizes[i] = rows_.bytes_of(row);
-    outcomes[i] = update(row);
+    outcomes[i] = row.learning ? densities_.update(row, pass_) : densities_.audit(row, pass_);
   });
   for (std::size_t i = 0; i < dirty.size(); ++i) {
     Row& row = rows_[dirty[i]];
-    Outcome& outcome = outcomes[i];
+    RowOutcome& outcome = outcomes[i];
     if (row.learning) show(row, outcome);
     if (outcome.audit_failed) {
       if (outcome.nodes) start_anew(row, std::move(outcome.nodes), report);
@@ -101,11 +101,9 @@ void Service::Table::start_anew(Row& row, std::unique_ptr<const TracedNodes> nod
   }
   row.learning = std::make_unique<Learning>(std::move(nodes), *options_.learner, row.failed_tests());
   row.raise_generation();
-  row.energy = row.learning->nodes->energy();
   row.learning->created_pass = pass_;
   row.learning->queries_at_creation = rows_.slot_of(row).queries.load(std::memory_order_relaxed);
-  Outcome again;
-  begin(row, again);
+  RowOutcome again = densities_.open(row, nullptr, pass_);
   show(row, again);
   account(again, report);
 }
@@ -286,7 +284,7 @@ bool Service::Table::publish_pays(double share) const {
   const bool has_room = bytes_ < options_.memory_bytes;
   std::uint64_t queries = answered_queries_.sum() + unindexed_queries_.sum(), waiting = 0;
   for (const SliceId id : rows_.of_kind(SliceKind::samples)) {
-    if (samples_pay(id, share)) return true;
+    if (sampled_.pays(id, share)) return true;
   }
   for (const SliceId id : rows_.of_kind(SliceKind::density)) {
     const Slice& slice = rows_.slice(id);
@@ -319,7 +317,7 @@ void Service::Table::fill_totals(PassReport& report) const {
     report.ribbons += slot.ribbons() != nullptr ? 1 : 0;
     report.unusable += slot.is_refused() ? 1 : 0;
     if (const RibbonAnswer* answer = slot.ribbons())
-      report.rows_at_most_paths += !answer->has_converged && answer->paths >= most_paths() ? 1 : 0;
+      report.rows_at_most_paths += !answer->has_converged && answer->paths >= sampled_.most_paths() ? 1 : 0;
     if (const float objective = rows_.objective_of(row); objective >= 0) objectives.push_back(objective);
   }
   report.rows_reopened = reopened_;

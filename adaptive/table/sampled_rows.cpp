@@ -1,4 +1,4 @@
-// The life of rows of samples (README.md): coarse rows come first, then finer ones and more paths where events are.
+// The end of a pass for rows of samples: coarse rows grow first, then finer ones.
 #include <algorithm>
 #include <array>
 #include <map>
@@ -13,153 +13,6 @@
 #include "table/table.h"
 
 namespace tress::inline v0_2::adaptive {
-namespace {
-
-/// Largest number of paths of a row whose paths follow its events. A row that learns until it passes may have more.
-constexpr std::uint32_t most_by_events = 16384, most_of_coarse = 2048;
-constexpr double events_of_own = 512;  ///< after which a node has a row of its own
-constexpr double events_per_path = 2;
-constexpr std::uint32_t audit_paths = 1024;
-
-/// Stages, in paths, of a row that learns from the paths of the host.
-constexpr std::array<std::uint32_t, 3> heard_stages{64, 256, 1024};
-
-/// Draws the host's paths at one node. Each stream has every fourth path, in their order.
-class HeardTarget final : public SampledTarget {
- public:
-  HeardTarget(const SampledTarget& target, std::span<const SampledExit> heard) : target_(target), heard_(heard) {}
-  std::uint32_t parts(const SliceDescription& slice) const override { return target_.parts(slice); }
-  std::string model_name() const override { return target_.model_name(); }
-  void draw(const SliceDescription&, float, float, std::uint64_t stream, std::uint32_t first, std::uint32_t count,
-            std::vector<SampledExit>& out) const override {
-    for (std::uint32_t i = first; i < first + count; ++i) out.push_back(heard_[i * HeldOutTest::sets + stream]);
-  }
-
- private:
-  const SampledTarget& target_;
-  std::span<const SampledExit> heard_;
-};
-
-std::uint32_t stage_after(std::uint32_t paths) {
-  const auto next = std::ranges::upper_bound(sampled_stages, paths);
-  return next == sampled_stages.end() ? 0 : *next;
-}
-
-/// The stage of a row with this many events: one path for two events, rounded up to a stage.
-std::uint32_t stage_for(double events, std::uint32_t most) {
-  std::uint32_t stage = sampled_stages.front();
-  while (stage < most && static_cast<double>(stage) * events_per_path <= events) stage = stage_after(stage);
-  return std::min(stage, most);
-}
-
-}  // namespace
-
-std::uint32_t Service::Table::most_paths() const {
-  return learns_to_epsilon() ? sampled_stages.back() : most_by_events;
-}
-
-double Service::Table::asked_of_coarse(const Slice& slice, std::uint32_t node) const {
-  auto asked = static_cast<double>(slice.asked(node));
-  for (const Slice* other : slice.answers_for) asked += static_cast<double>(other->asked(node));
-  return asked;
-}
-
-std::vector<double> Service::Table::gathered_events(const Slice& slice, bool is_coarse) const {
-  std::vector<double> events(slice.description.node_count(), 0.0);
-  for (std::uint32_t n = 0; n < events.size(); ++n) {
-    if (!is_coarse) {
-      events[n] = static_cast<double>(slice.asked(n));
-    } else if (const double asked = asked_of_coarse(slice, n); asked > 0) {
-      for (const CoarseGrid::Corner& corner : slice.grid.around(n))
-        events[corner.node] += asked * static_cast<double>(corner.weight);
-    }
-  }
-  return events;
-}
-
-std::uint32_t Service::Table::wanted_paths(SliceId id, bool is_coarse, double events) const {
-  const Slice& slice = rows_.slice(id);
-  if (!options_.own_paths || (is_coarse && slice.coarse_rows != nullptr)) return 0;
-  if (is_coarse) return stage_for(events, most_of_coarse);
-  const bool waits = !slice.grid.empty() && !learns_to_epsilon();  // coarse rows answer meanwhile
-  if (events < (waits ? events_of_own : std::max<double>(options_.queries_before_creation, 1))) return 0;
-  return stage_for(events, learns_to_epsilon() ? sampled_stages.front() : most_by_events);
-}
-
-/// Notes as a misuse that the target draws what SampledTarget does not allow. A node is refused at most once, so this
-/// may draw anew.
-void Service::Table::note_invalid_exits(const Row& row, std::uint64_t paths) {
-  const Slice& of = rows_.slice(row.slice);
-  std::vector<SampledExit> exits;
-  samples_->draw(of.description, of.a_of(row.node), of.b_of(row.node), 0, 0, static_cast<std::uint32_t>(paths), exits);
-  const std::uint32_t parts = samples_->parts(of.description);
-  if (std::ranges::all_of(exits, [parts](const SampledExit& exit) { return is_exit(exit, parts); })) return;
-  discipline_.note(
-      {"", "SampledTarget::draw",
-       "exits that are finite, of a weight and attribute of 0 or more and a part below " + std::to_string(parts),
-       "another at node " + std::to_string(row.node) + " of slice " + std::to_string(row.slice)});
-}
-
-Service::Table::Outcome Service::Table::learn(const Row& row, std::uint32_t paths, bool to_epsilon,
-                                              const RibbonAnswer* parent) const {
-  const Slice& of = rows_.slice(row.slice);
-  const SliceDescription& slice = of.description;
-  const float a = of.a_of(row.node), b = of.b_of(row.node);
-  const RibbonAnswer* before = rows_.slot_of(row).ribbons();
-  const double epsilon = epsilon_of(row.slice, row.node, row.energy);
-  const HeardTarget heard(*samples_, of.heard.at(row.node));
-  const SampledTarget& teacher = options_.own_paths ? static_cast<const SampledTarget&>(*samples_) : heard;
-  Outcome outcome;
-  auto answer = std::make_unique<RibbonAnswer>();
-  answer->objective = 1;
-  if (before != nullptr) *answer = *before;
-  std::uint32_t had = before != nullptr ? before->paths : 0;
-  for (;;) {
-    const bool was_converged = answer->has_converged, is_tested = had > 0 && !was_converged;
-    const StagedRow staged = learn_stage(teacher, slice, a, b, paths, had, had > 0 ? &answer->row : nullptr,
-                                         had == 0 && parent != nullptr ? &parent->row : nullptr);
-    outcome.g_evaluations += paths - had;
-    ++outcome.refits;
-    if (!staged.usable) {
-      outcome.refused = true;
-      return outcome;
-    }
-    SampledTest test = staged.test;
-    if (!staged.tested && had == 0 && options_.own_paths) {  // fresh draws test the first fit
-      test = test_samples(*samples_, slice, a, b, staged.row, 0, paths);
-      outcome.g_evaluations += paths;
-    }
-    // The fit that answered was made with the paths of the test before, so that its own test comes only now.
-    const bool is_found_wrong = was_converged && staged.tested && may_converge(paths) && test.lower() > epsilon;
-    if (is_found_wrong) answer->has_converged = false;
-    if (is_tested || is_found_wrong || (had == 0 && options_.own_paths))
-      answer->objective = static_cast<float>(std::max(test.bound(), 0.0));
-    const bool passes = is_tested && may_converge(paths) && static_cast<double>(answer->objective) <= epsilon;
-    outcome.failed += is_found_wrong || (is_tested && may_converge(paths) && !passes) ? 1 : 0;
-    outcome.converged = outcome.converged || passes;
-    answer->has_converged = answer->has_converged || passes;
-    answer->row = staged.row;
-    answer->paths = had = paths;
-    paths = stage_after(paths);
-    if (!to_epsilon || answer->has_converged || paths == 0) break;
-  }
-  outcome.ribbons = std::move(answer);
-  return outcome;
-}
-
-Service::Table::Outcome Service::Table::audit_samples(const Row& row) const {
-  const Slice& slice = rows_.slice(row.slice);
-  const RibbonAnswer& answer = *rows_.slot_of(row).ribbons();
-  const SampledTest test = test_samples(*samples_, slice.description, slice.a_of(row.node), slice.b_of(row.node),
-                                        answer.row, pass_, audit_paths);
-  Outcome outcome;
-  outcome.g_evaluations = audit_paths;
-  // The error that the row was accepted with: epsilon, or the bound of its own test.
-  const double claimed = std::max(epsilon_of(row.slice, row.node, row.energy), static_cast<double>(answer.objective));
-  outcome.audit_failed = test.chi2 - 2 * test.deviation > claimed;
-  return outcome;
-}
-
 std::vector<std::uint32_t> Service::Table::audit_slice(SliceId id, PassReport& report, std::vector<bool>& moved) {
   Slice& slice = rows_.slice(id);
   std::vector<std::uint32_t> due, others;
@@ -169,7 +22,8 @@ std::vector<std::uint32_t> Service::Table::audit_slice(SliceId id, PassReport& r
     if (row.slice != id || row.audit == Audit::none || rows_.slot_of(row).ribbons() == nullptr) continue;
     (row.audit == Audit::due ? due : others).push_back(i);
   }
-  for (std::uint32_t n = 0; n < slice.description.node_count() && !asks; ++n) asks = asked_of_coarse(slice, n) > 0;
+  for (std::uint32_t n = 0; n < slice.description.node_count() && !asks; ++n)
+    asks = sampled_.asked_of_coarse(slice, n) > 0;
   if (!asks || (due.empty() && others.empty())) return {};
   if (due.empty() && !slice.audited) {  // the first row is audited for its slice
     due.push_back(others.front());
@@ -179,8 +33,8 @@ std::vector<std::uint32_t> Service::Table::audit_slice(SliceId id, PassReport& r
   std::vector<std::uint32_t> again;
   for (const std::vector<std::uint32_t>* group : {&due, &others}) {
     if (group == &others && again.empty()) break;  // the slice fits: the rest need no audit
-    std::vector<Outcome> outcomes(group->size());
-    in_parallel(group->size(), [&](std::size_t i) { outcomes[i] = audit_samples(rows_[(*group)[i]]); });
+    std::vector<RowOutcome> outcomes(group->size());
+    in_parallel(group->size(), [&](std::size_t i) { outcomes[i] = sampled_.audit(rows_[(*group)[i]], pass_); });
     for (std::size_t i = 0; i < group->size(); ++i) {
       Row& row = rows_[(*group)[i]];
       row.audit = Audit::none;
@@ -224,58 +78,12 @@ void Service::Table::grow_samples(PassReport& report, double done) {
   }
 }
 
-std::vector<Service::Table::Growth> Service::Table::growths(SliceId id, bool is_coarse,
-                                                            const std::vector<std::uint32_t>& again) const {
-  const Slice& slice = rows_.slice(id);
-  const std::vector<double> events = gathered_events(slice, is_coarse);
-  std::vector<Growth> growths;
-  // What was made of a coarse row for the nodes around it is freed when it grows. So coarse rows grow together, once
-  // one of them has twice the events that it needs.
-  const bool to_epsilon = !is_coarse && learns_to_epsilon();
-  bool is_time = !is_coarse;
-  for (std::uint32_t n = 0; n < slice.description.node_count(); ++n) {
-    if (is_coarse && !slice.grid.has(n)) continue;
-    const Slot& slot = slice.slots[n];
-    if (slot.is_refused()) continue;
-    const RibbonAnswer* answer = slot.ribbons();
-    std::uint32_t wanted = wanted_paths(id, is_coarse, events[n]);
-    if (!options_.own_paths && !is_coarse) {
-      for (const std::uint32_t stage : heard_stages) wanted = slice.heard.at(n).size() >= stage ? stage : wanted;
-    }
-    if (to_epsilon && answer != nullptr && wanted != 0) wanted = stage_after(answer->paths);
-    const std::uint32_t restart = again.empty() ? 0 : again[n];
-    if (restart != 0 && answer == nullptr) wanted = to_epsilon ? sampled_stages.front() : std::max(wanted, restart);
-    const bool may_grow = answer == nullptr || !to_epsilon || !answer->has_converged;
-    const std::uint32_t had = answer != nullptr ? answer->paths : 0;
-    if (!may_grow || wanted <= had) continue;
-    is_time = is_time || restart != 0 || wanted_paths(id, is_coarse, events[n] / 2) > had;
-    growths.push_back({n, wanted, slice.light_at(n), events[n]});
-  }
-  if (!is_time) return {};
-  std::ranges::sort(growths, [](const Growth& x, const Growth& y) {
-    if (x.light != y.light) return x.light > y.light;
-    return x.events != y.events ? x.events > y.events : x.node < y.node;
-  });
-  return growths;
-}
-
-bool Service::Table::samples_pay(SliceId id, double share) const {
-  if (!options_.own_paths) return true;  // rows grow by what was heard
-  const Slice& slice = rows_.slice(id);
-  if (!slice.grid.empty() && !growths(id, true, {}).empty()) return true;
-  double asked = 0, waiting = 0;
-  for (std::uint32_t n = 0; n < slice.description.node_count(); ++n)
-    asked += slice.slots[n].is_refused() ? 0 : static_cast<double>(slice.asked(n));
-  for (const Growth& one : growths(id, false, {})) waiting += one.events;
-  return waiting > 0 && waiting >= share * asked;
-}
-
 void Service::Table::grow_rows(SliceId id, bool is_coarse, const std::vector<std::uint32_t>& again,
                                std::vector<bool>& moved, PassReport& report) {
   Slice& slice = rows_.slice(id);
-  std::vector<Growth> growing = growths(id, is_coarse, again);
+  std::vector<SampleLife::Growth> growing = sampled_.growths(id, is_coarse, again);
   // New rows need room; existing rows keep theirs.
-  std::erase_if(growing, [&](const Growth& one) {
+  std::erase_if(growing, [&](const SampleLife::Growth& one) {
     if (slice.slots[one.node].row != Slot::no_row) return false;
     const std::size_t size = sizeof(Row) + sizeof(RibbonAnswer);
     if (!takes(size)) {
@@ -289,7 +97,7 @@ void Service::Table::grow_rows(SliceId id, bool is_coarse, const std::vector<std
     if (stored == slice.stored.end()) return false;
     const bool answers = stored->second.state == RowState::converged;  // a cached row that waited for room
     if (answers) {
-      Outcome outcome = settle(row);
+      RowOutcome outcome = settle(row);
       show(row, outcome);
     }
     slice.stored.erase(stored);
@@ -298,17 +106,17 @@ void Service::Table::grow_rows(SliceId id, bool is_coarse, const std::vector<std
     changes_.push_back({id, row.node});
     return slice.slots[one.node].ribbons()->paths >= one.paths;
   });
-  std::vector<Outcome> outcomes(growing.size());
+  std::vector<RowOutcome> outcomes(growing.size());
   in_parallel(growing.size(), [&](std::size_t i) {
-    const Growth& one = growing[i];
+    const SampleLife::Growth& one = growing[i];
     const Row& row = rows_[slice.slots[one.node].row];
     SampledAnswer parent;
     if (slice.slots[one.node].ribbons() == nullptr) parent = answer_of(slice, one.node);
-    outcomes[i] = learn(row, one.paths, !is_coarse && learns_to_epsilon(), parent.get());
+    outcomes[i] = sampled_.learn(row, one.paths, is_coarse, parent.get());
   });
   for (std::size_t i = 0; i < growing.size(); ++i) {
     Row& row = rows_[slice.slots[growing[i].node].row];
-    Outcome& outcome = outcomes[i];
+    RowOutcome& outcome = outcomes[i];
     const std::size_t before = rows_.bytes_of(row);
     if (outcome.ribbons) {
       row.energy = outcome.ribbons->row.total_mass();

@@ -19,25 +19,7 @@ const TracedNodes& no_light() {
 
 }  // namespace
 
-std::unique_ptr<const TracedNodes> Service::Table::trace(SliceId slice, std::uint32_t node) const {
-  const Slice& of = rows_.slice(slice);
-  std::vector<TracedRay> rays;
-  if (!call_host("Target::trace", [&] { target_->trace(of.description, of.a_of(node), of.b_of(node), rays); }))
-    return nullptr;
-  const auto is_ray = [](const TracedRay& ray) {
-    return std::isfinite(ray.azimuth) && ray.weight >= 0 && ray.weight <= largest_weight &&
-           std::isfinite(ray.attribute) && ray.attribute >= 0;
-  };
-  if (!std::ranges::all_of(rays, is_ray)) {
-    discipline_.note({"", "Target::trace",
-                      "rays that are finite, of a weight of 0 to 1e30 and an attribute of 0 or more",
-                      "another at node " + std::to_string(node) + " of slice " + std::to_string(slice)});
-    return nullptr;
-  }
-  return std::make_unique<const TracedNodes>(rays, of.description.blur_rad);
-}
-
-void Service::Table::show(Row& row, Outcome& outcome) {
+void Service::Table::show(Row& row, RowOutcome& outcome) {
   if (outcome.cached != nullptr) {
     const double objective = outcome.cached->objective;
     return rows_.show_cached(row, *outcome.cached,
@@ -45,7 +27,8 @@ void Service::Table::show(Row& row, Outcome& outcome) {
   }
   if (outcome.ribbons) return rows_.show_ribbons(row, std::move(outcome.ribbons));
   if (outcome.refused) {
-    note_invalid_exits(row, outcome.g_evaluations);
+    if (std::optional<Error> error = sampled_.invalid_exits(row, outcome.g_evaluations))
+      discipline_.note(std::move(*error));
     return rows_.refuse(row);
   }
   rows_.show_learning(row, outcome.converged);

@@ -11,15 +11,17 @@
 #include <vector>
 
 #include "cache/packed_slice.h"
+#include "table/density_life.h"
 #include "table/discipline.h"
 #include "table/error_quantiles.h"
 #include "table/form_store.h"
-#include "table/guarded_samples.h"
+#include "table/guarded_targets.h"
 #include "table/light_policy.h"
+#include "table/row_outcome.h"
 #include "table/rows.h"
+#include "table/sample_life.h"
 #include "table/striped_counter.h"
 #include "tress/adaptive/service.h"
-#include "tress/base/random.h"
 
 namespace tress::inline v0_2::adaptive {
 
@@ -33,12 +35,11 @@ class Service::Table {
   Table(const Options& options, const Target* target, const SampledTarget* samples)
       : options_(options),
         unusable_(make_usable(options_)),
-        target_(target),
+        target_(guard<GuardedTarget>(target)),
+        samples_(guard<GuardedSamples>(samples)),
         learner_bytes_(options_.learner->make()->bytes()),
         light_(options_),
         discipline_(options_.check_passes) {
-    if (samples != nullptr)
-      samples_ = std::make_unique<GuardedSamples>(*samples, [this](Error e) { discipline_.note(std::move(e)); });
     for (const Error& option : unusable_) log("Options::" + option.message());
     if (const std::string name = model_name(); !is_model_name(name))
       log("model_name: expected 1 to 256 printable ASCII characters, so that a cache can be saved, found " + name);
@@ -117,74 +118,28 @@ class Service::Table {
     std::uint64_t light;
     std::unique_ptr<const TracedNodes> nodes;
   };
-  /// The result of a pass for one row.
-  struct Outcome {
-    std::uint64_t g_evaluations = 0, validation_draws = 0, refits = 0, bad_fits = 0, traces = 0;
-    std::uint32_t failed = 0;  ///< tests that a row of samples did not pass
-    bool changed = false, converged = false, audit_failed = false, reopened = false;
-    const CachedRow* cached = nullptr;         ///< the cached row that answers from now on, without learning
-    double absorbed_error = -1;                ///< largest_absorbed_error() of a row that converged
-    Moments weights;                           ///< moments of g/(q energy) of the scores
-    std::unique_ptr<const TracedNodes> nodes;  ///< traced for a row of a density that failed its audit
-    // One of these is set for a row of samples that has learned.
-    std::unique_ptr<const RibbonAnswer> ribbons;
-    bool refused = false;
-  };
   /// The answer of a node of samples. It has an owner only if the table had no room for it.
   using SampledAnswer = std::shared_ptr<const RibbonAnswer>;
   static SampledAnswer without_owner(const RibbonAnswer* answer) { return {std::shared_ptr<void>(), answer}; }
-
-  /// The epsilon that the row at a node must reach. energy: the mass of g there, for rows of densities.
-  double epsilon_of(SliceId slice, std::uint32_t node, float energy) const {
-    return light_.epsilon_of(rows_.slice(slice).description, rows_.slice(slice).light_at(node), energy);
-  }
 
   // creation.cpp
   /// Makes rows of the candidates, in their order, until memory is full. Appends to changes_. True if all had room.
   bool admit(std::vector<Candidate>& candidates, PassReport& report);
   /// Fills a new row from the cache, if that has a row that may answer; otherwise opens it.
-  Outcome settle(Row& row) const;
+  RowOutcome settle(Row& row) const;
   std::size_t bytes_needed(const Candidate& candidate) const;
   bool needs_nodes(const Candidate& candidate) const;
   /// Whether a cached row is used as it is: every converged row of samples, and rows of densities whose error is small
   /// enough for the light of their node.
   bool answers(SliceId slice, const CachedRow& cached) const;
-  /// True if the pairs of the row's sketch, which came from a cache, contradict its nodes.
-  bool outdated(const Row& row) const;
 
   // sampled_rows.cpp
   /// Brings every row of samples to the stage that its events call for, coarse rows before finer ones.
   /// done: the share of the pass's work before it, for goes_on().
   void grow_samples(PassReport& report, double done);
-  void note_invalid_exits(const Row& row, std::uint64_t paths);
-  /// A row of samples that is to have more paths.
-  struct Growth {
-    std::uint32_t node, paths;
-    std::uint64_t light;
-    double events;
-  };
-  /// The coarse rows of one slice that are to grow, or all of its rows; those of most light come first. again: by node,
-  /// the paths of rows that start again, else 0; empty if no row does.
-  std::vector<Growth> growths(SliceId slice, bool is_coarse, const std::vector<std::uint32_t>& again) const;
   /// Lets them grow, while memory lasts. moved: set for every node whose answer has changed.
   void grow_rows(SliceId slice, bool is_coarse, const std::vector<std::uint32_t>& again, std::vector<bool>& moved,
                  PassReport& report);
-  bool learns_to_epsilon() const { return options_.learns_to_epsilon || options_.picture_error > 0; }
-  /// The largest number of paths from which a row of samples is learned.
-  std::uint32_t most_paths() const;
-  /// Events by node. is_coarse: those of each node are shared among the nodes of the coarse grid around it.
-  std::vector<double> gathered_events(const Slice& slice, bool is_coarse) const;
-  /// Draws from a node over all passes, those included that a coarse row of the slice answered for other slices.
-  double asked_of_coarse(const Slice& slice, std::uint32_t node) const;
-  /// The number of paths that a row is to have, a coarse one or one of its own; 0 if the node gets no row yet.
-  std::uint32_t wanted_paths(SliceId slice, bool is_coarse, double events) const;
-  /// Whether rows of a slice of samples would grow: coarse ones, or others with at least `share` of its events.
-  bool samples_pay(SliceId slice, double share) const;
-  /// Learns a row up to `paths`, and further if it is to learn until it passes its test. parent: what answered before a
-  /// new row, or null. Rows run in parallel.
-  Outcome learn(const Row& row, std::uint32_t paths, bool to_epsilon, const RibbonAnswer* parent) const;
-  /// Tests a row of a cache on fresh draws.
-  Outcome audit_samples(const Row& row) const;
   /// Tests rows of a cache once their slice is queried, and all of them if one does not fit. Returns, by node, the
   /// paths of those that do not fit and are cleared; empty if all fit.
   std::vector<std::uint32_t> audit_slice(SliceId slice, PassReport& report, std::vector<bool>& moved);
@@ -200,27 +155,6 @@ class Service::Table {
   void let_go_interpolated(Slice& slice, std::uint32_t node);
   void let_go_all_interpolated(Slice& slice);
 
-  // row_update.cpp
-  /// Ends a pass for one row. It changes only the row, so rows run in parallel.
-  Outcome update(Row& row) const;
-  /// If the audit of a converged row of a cache is due, scores it against a fresh trace.
-  Outcome audit(Row& row) const;
-  /// Opens the row: runs what its learner does before the first pass.
-  void begin(Row& row, Outcome& outcome) const;
-  std::uint64_t draw_validation(Row& row, const Options& options) const;
-  /// Lets the row answer by its mean for good, where its error would be invisible. Evaluates no g.
-  void leave_unfitted(Row& row, Outcome& outcome) const;
-  /// The options of the service with the row's own epsilon.
-  Options options_of(const Row& row) const;
-  /// options: options_of(row), which must outlive the context.
-  FitContext context_of(Row& row, const Options& options) const;
-  /// Stores the results of a context and of the stop test in the row.
-  void conclude(Row& row, const FitContext& context, Outcome& outcome) const;
-  /// The largest error of a row's fit, whose attributes are known, at the decay rates of its slice. Negative without
-  /// rates and for rows that another row represents.
-  double largest_absorbed_error(const Row& row) const;
-  RandomStream stream_of(const Row& row, std::uint64_t purpose) const;
-
   // publish.cpp
   /// Reports what is done to Options::progress. False, from then on until the end of the pass, if the host ends it.
   bool goes_on(double done);
@@ -235,7 +169,7 @@ class Service::Table {
   /// Starts a row again that failed its audit, if memory has room; otherwise the audit stays due.
   void start_anew(Row& row, std::unique_ptr<const TracedNodes> nodes, PassReport& report);
   /// Adds the work of an outcome to the report, and keeps its error.
-  void account(const Outcome& outcome, PassReport& report);
+  void account(const RowOutcome& outcome, PassReport& report);
   void fill_totals(PassReport& report) const;
   void announce();
 
@@ -289,24 +223,35 @@ class Service::Table {
     return view;
   }
   PassReport end_pass(std::uint64_t paths);
-  /// Traces a node. Returns null and reports it if the target throws or gives rays that TracedRay does not allow.
-  std::unique_ptr<const TracedNodes> trace(SliceId slice, std::uint32_t node) const;
+  /// Traces a node, as GuardedTarget::trace().
+  std::unique_ptr<const TracedNodes> trace(SliceId slice, std::uint32_t node) const {
+    const Slice& of = rows_.slice(slice);
+    return target_->trace(of.description, of.a_of(node), of.b_of(node));
+  }
+  /// Null for no target.
+  template <class Guarded, class AnyTarget>
+  std::unique_ptr<const Guarded> guard(const AnyTarget* target) {
+    if (target == nullptr) return nullptr;
+    return std::make_unique<const Guarded>(*target, [this](Error error) { discipline_.note(std::move(error)); });
+  }
   /// Gives the view of an absent node of a density its g: traced once a pass, while memory lasts, or 0 if it may not be
   /// traced. Of samples there is no g. Thread-safe.
   void add_g(RowView& view, bool may_trace);
   /// The slice of a view whose node exists; null without an index.
   Slice* indexed_slice(const RowView& view) const;
   /// Updates the slot of the row, which readers use from now on. One row at a time.
-  void show(Row& row, Outcome& outcome);
+  void show(Row& row, RowOutcome& outcome);
 
   Options options_;
   std::vector<Error> unusable_;  ///< options that were replaced
-  const Target* target_;
+  std::unique_ptr<const GuardedTarget> target_;
   std::unique_ptr<const GuardedSamples> samples_;
   std::size_t learner_bytes_;  ///< bytes of the learner of each open row
   LightPolicy light_;
   mutable Discipline discipline_;  ///< noted by targets, too, while const functions trace
   Rows rows_;
+  DensityLife densities_{options_, rows_, light_, target_.get()};
+  SampleLife sampled_{options_, rows_, light_, samples_.get()};
   std::map<SliceKey, PackedSlice> unused_;  ///< cached slices that were not added by add_slice()
   std::vector<RowChange> changes_;
   std::vector<RowChange> prepared_;  ///< changes by prepare(), which the next publish() announces

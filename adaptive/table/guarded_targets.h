@@ -1,13 +1,19 @@
-// Wraps the target of samples of a host. Where it throws, the draws are invalid, and no row is learned from them.
+// Wraps the targets of a host. Where one throws or is not as its interface says, no row is learned from what it gave.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <exception>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "tress/adaptive/sampled_target.h"
+#include "tress/adaptive/target.h"
+#include "tress/adaptive/traced_nodes.h"
 #include "tress/base/error.h"
 
 namespace tress::inline v0_2::adaptive {
@@ -25,6 +31,32 @@ bool calls_without_throwing(const char* what, const std::function<void(Error)>& 
   }
   return false;
 }
+
+class GuardedTarget {
+ public:
+  /// target: must outlive this object. report: takes the errors, from any thread.
+  GuardedTarget(const Target& target, std::function<void(Error)> report)
+      : target_(target), report_(std::move(report)) {}
+  /// Traces the node at (a, b). Returns null and reports it if the target throws or gives rays that TracedRay does not
+  /// allow. Thread-safe.
+  std::unique_ptr<const TracedNodes> trace(const SliceDescription& slice, float a, float b) const {
+    std::vector<TracedRay> rays;
+    if (!calls_without_throwing("Target::trace", report_, [&] { target_.trace(slice, a, b, rays); })) return nullptr;
+    const auto is_ray = [](const TracedRay& ray) {
+      return std::isfinite(ray.azimuth) && ray.weight >= 0 && ray.weight <= largest_weight &&
+             std::isfinite(ray.attribute) && ray.attribute >= 0;
+    };
+    if (std::ranges::all_of(rays, is_ray)) return std::make_unique<const TracedNodes>(rays, slice.blur_rad);
+    report_({"", "Target::trace", "rays that are finite, of a weight of 0 to 1e30 and an attribute of 0 or more",
+             "another at (" + std::to_string(a) + ", " + std::to_string(b) + ")"});
+    return nullptr;
+  }
+  std::string model_name() const { return target_.model_name(); }
+
+ private:
+  const Target& target_;
+  std::function<void(Error)> report_;
+};
 
 class GuardedSamples final : public SampledTarget {
  public:

@@ -1,14 +1,15 @@
-// The end of a pass for one row: it takes the draws that its learner wants, tests the fit and lets the learner refit.
+#include "table/density_life.h"
+
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <memory>
 #include <utility>
+#include <vector>
 
+#include "base/pi.h"
 #include "fit/absorbed_error.h"
 #include "fit/fit_mixture.h"
-#include "table/table.h"
-#include "tress/base/random.h"
+#include "table/row_stream.h"
 
 namespace tress::inline v0_2::adaptive {
 namespace {
@@ -21,27 +22,23 @@ constexpr int audit_draws = 64;
 
 }  // namespace
 
-RandomStream Service::Table::stream_of(const Row& row, std::uint64_t purpose) const {
-  const SliceKey& key = rows_.slice(row.slice).description.key;
-  std::uint64_t mixed = mix_bits(options_.seed + purpose) ^ key.lobe;
-  for (const float parameter : key.told_parameters())
-    mixed = mix_bits(mixed) ^ std::bit_cast<std::uint32_t>(parameter + 0.0f);
-  return RandomStream(mixed, row.node, pass_);
+RandomStream DensityLife::stream_of(const Row& row, std::uint64_t purpose, std::uint32_t pass) const {
+  return row_stream(options_.seed + purpose, rows_.slice(row.slice).description.key, row.node, pass);
 }
 
-Options Service::Table::options_of(const Row& row) const {
+Options DensityLife::options_of(const Row& row) const {
   Options options = options_;
-  options.epsilon = epsilon_of(row.slice, row.node, row.energy);
+  options.epsilon = light_.epsilon_of(rows_.slice(row.slice), row.node, row.energy);
   return options;
 }
 
-FitContext Service::Table::context_of(Row& row, const Options& options) const {
+FitContext DensityLife::context_of(Row& row, const Options& options, std::uint32_t pass) const {
   Learning& learning = *row.learning;
   return FitContext{.options = options,
                     .nodes = *learning.nodes,
                     .sketch = learning.sketch,
                     .stop = learning.stop,
-                    .random = stream_of(row, learner_purpose),
+                    .random = stream_of(row, learner_purpose, pass),
                     .components = static_cast<int>(std::clamp<std::uint32_t>(
                         std::min(options_.max_components, rows_.slice(row.slice).description.max_components), 1,
                         Mixture::max_components)),
@@ -50,7 +47,7 @@ FitContext Service::Table::context_of(Row& row, const Options& options) const {
                     .count = learning.count};
 }
 
-double Service::Table::largest_absorbed_error(const Row& row) const {
+double DensityLife::largest_absorbed_error(const Row& row) const {
   double largest = -1;
   const Slice& slice = rows_.slice(row.slice);
   if (slice.decay_rates.empty() || !stands_for_others(slice.description.key, row.node)) return largest;
@@ -60,7 +57,7 @@ double Service::Table::largest_absorbed_error(const Row& row) const {
   return largest;
 }
 
-void Service::Table::leave_unfitted(Row& row, Outcome& outcome) const {
+void DensityLife::leave_unfitted(Row& row, RowOutcome& outcome) const {
   Learning& learning = *row.learning;
   learning.fit = Mixture{};
   learning.fit.uniform_weight = row.energy;
@@ -71,27 +68,65 @@ void Service::Table::leave_unfitted(Row& row, Outcome& outcome) const {
   outcome.changed = outcome.converged = true;
 }
 
-void Service::Table::begin(Row& row, Outcome& outcome) const {
+void DensityLife::begin(Row& row, std::uint32_t pass, RowOutcome& outcome) const {
   const Options options = options_of(row);
   if (light_.is_driven() && options.epsilon >= 1) {
     leave_unfitted(row, outcome);
     return;
   }
-  FitContext context = context_of(row, options);
+  FitContext context = context_of(row, options, pass);
   row.learning->learner->begin(context);
   conclude(row, context, outcome);
 }
 
-std::uint64_t Service::Table::draw_validation(Row& row, const Options& options) const {
+bool DensityLife::outdated(const Row& row) const {
+  const std::vector<ObservedPair> pairs = row.learning->sketch.pairs();
+  double sum = 0;
+  for (const ObservedPair& pair : pairs) {
+    const double change = static_cast<double>(row.learning->nodes->density(pair.azimuth)) - pair.g;
+    sum += change * change;
+  }
+  const double objective =
+      pairs.empty() ? 0 : sum * two_pi / (static_cast<double>(pairs.size()) * row.learning->nodes->variation());
+  return objective > light_.epsilon_of(rows_.slice(row.slice), row.node, row.energy) /
+                         4;  // the error that a fit must reach on its pairs
+}
+
+RowOutcome DensityLife::open(Row& row, const CachedRow* cached, std::uint32_t pass) const {
+  RowOutcome outcome;
+  Learning& learning = *row.learning;
+  row.energy = learning.nodes->energy();
+  if (cached != nullptr) {
+    const CachedDensity& learned = *cached->density();
+    learning.count = cached->count;
+    if (cached->state == RowState::converged) {
+      learning.fit = learned.fit;
+      learning.has_fit = true;
+      learning.objective = cached->objective;
+      learning.earlier = std::make_unique<const CachedRow>(*cached);
+    }
+    learning.sketch.merge(learned.sketch);
+    if (outdated(row)) {
+      learning.sketch.clear();
+      learning.count = 0;
+      row.raise_generation();
+      outcome.reopened = true;
+    }
+  }
+  begin(row, pass, outcome);
+  return outcome;
+}
+
+std::uint64_t DensityLife::draw_validation(Row& row, const Options& options, std::uint32_t pass) const {
   Learning& learning = *row.learning;
   const std::uint32_t queries = rows_.slot_of(row).queries.load(std::memory_order_relaxed);
   const std::uint64_t wanted = options.scores_per_test();
   const std::uint64_t have = learning.stop.scores();
-  if (learning.created_pass >= pass_ || !learning.has_fit ||
+  if (learning.created_pass >= pass || !learning.has_fit ||
       queries - learning.queries_at_creation < queries_before_validation)
     return 0;
   if (have >= wanted) return 0;
-  RandomStream random = stream_of(row, validation_purpose);
+  RandomStream random = stream_of(row, validation_purpose, pass);
   for (std::uint64_t i = have; i < wanted; ++i) {
     const float x = learning.fit.sample(random.next(), options_.uniform_share_open);
     const float q = learning.fit.proposal_density(x, options_.uniform_share_open);
@@ -103,7 +138,7 @@ std::uint64_t Service::Table::draw_validation(Row& row, const Options& options) 
   return wanted - have;
 }
 
-void Service::Table::conclude(Row& row, const FitContext& context, Outcome& outcome) const {
+void DensityLife::conclude(Row& row, const FitContext& context, RowOutcome& outcome) const {
   outcome.g_evaluations += context.g_evaluations;
   outcome.refits += context.fits;
   outcome.bad_fits += context.bad_fits;
@@ -118,15 +153,14 @@ void Service::Table::conclude(Row& row, const FitContext& context, Outcome& outc
   outcome.converged = true;
 }
 
-Service::Table::Outcome Service::Table::update(Row& row) const {
-  if (!row.learning) return audit(row);
-  Outcome outcome;
+RowOutcome DensityLife::update(Row& row, std::uint32_t pass) const {
+  RowOutcome outcome;
   outcome.g_evaluations = row.learning->observed.exchange(0, std::memory_order_relaxed);
   row.learning->count += outcome.g_evaluations;
   const Options options = options_of(row);
-  FitContext context = context_of(row, options);
+  FitContext context = context_of(row, options, pass);
   row.learning->learner->before_test(context);
-  outcome.validation_draws = draw_validation(row, options);
+  outcome.validation_draws = draw_validation(row, options, pass);
   outcome.g_evaluations += outcome.validation_draws;
   outcome.weights = row.learning->weights.moments();
   row.learning->weights.clear();
@@ -137,14 +171,15 @@ Service::Table::Outcome Service::Table::update(Row& row) const {
   return outcome;
 }
 
-Service::Table::Outcome Service::Table::audit(Row& row) const {
-  Outcome outcome;
-  if (row.audit != Audit::due) return outcome;
+RowOutcome DensityLife::audit(Row& row, std::uint32_t pass) const {
+  RowOutcome outcome;
   row.audit = Audit::none;
   const RowView view = view_of(rows_.slot_of(row));
-  std::unique_ptr<const TracedNodes> nodes = trace(row.slice, row.node);
+  const Slice& slice = rows_.slice(row.slice);
+  std::unique_ptr<const TracedNodes> nodes =
+      target_->trace(slice.description, slice.a_of(row.node), slice.b_of(row.node));
   if (!nodes) return outcome;
-  RandomStream random = stream_of(row, audit_purpose);
+  RandomStream random = stream_of(row, audit_purpose, pass);
   FixedMoments<2> scores;
   for (int i = 0; i < audit_draws; ++i) {
     const float x = view.sample(random.next(), options_.uniform_share_open);
