@@ -62,8 +62,9 @@ std::vector<Row> draw_rows(const Setting& setting, const adaptive::Target& targe
   while (rows.size() < static_cast<std::size_t>(setting.rows)) {
     Row row;
     row.description = random.next(target).description;
-    row.slice = *service.add_slice(row.description);
-    if (row.slice != rows.size()) continue;  // drawn before
+    const Result<adaptive::SliceId> slice = service.add_slice(row.description);
+    if (!slice || *slice != rows.size()) continue;  // its key was drawn before, for this node or another
+    row.slice = *slice;
     rows.push_back(std::move(row));
   }
   return rows;
