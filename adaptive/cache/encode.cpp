@@ -15,7 +15,7 @@ namespace format {
 
 std::uint32_t version_of(const SliceDescription& slice) {
   if (slice.kind != SliceKind::samples) return version_of_mixtures;
-  return slice.key.told_parameters().size() > SliceKey::usual_parameters ? version_of_parameters : version_of_samples;
+  return slice.key.used_parameters().size() > SliceKey::usual_parameters ? version_of_parameters : version_of_samples;
 }
 
 void write_description(ByteWriter& out, const SliceDescription& slice, std::uint32_t version) {

@@ -66,7 +66,7 @@ std::vector<float> representative_rates(std::span<const float> rates) {
 
 bool stands_for_others(const SliceKey& slice, std::uint32_t node) {
   std::uint64_t mixed = mix_bits(slice.lobe);
-  for (const float parameter : slice.told_parameters(SliceKey::usual_parameters))
+  for (const float parameter : slice.used_parameters(SliceKey::usual_parameters))
     mixed = mix_bits(mixed) ^ std::bit_cast<std::uint32_t>(parameter + 0.0f);
   return mix_bits(mixed ^ std::uint64_t{node} << 32) % rows_a_measured == 0;
 }

@@ -69,7 +69,7 @@ std::optional<Error> Service::Table::unusable(const SliceDescription& slice) con
   if (samples ? samples_ == nullptr : target_ == nullptr) {
     return Error{"", describe(slice), samples ? "a target of samples" : "a target of densities", "none"};
   }
-  const std::size_t count = slice.key.told_parameters().size();
+  const std::size_t count = slice.key.used_parameters().size();
   if (samples || count <= SliceKey::density_parameters) return std::nullopt;
   return Error{"", describe(slice),
                std::to_string(SliceKey::density_parameters) + " parameters of a slice of densities",

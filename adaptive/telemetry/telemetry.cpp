@@ -75,7 +75,7 @@ Json pass_fields(const PassReport& report) {
 
 Json row_fields(const RowReport& report) {
   return {{"type", "row"},
-          {"page", {{"lobe", report.slice.lobe}, {"parameters", report.slice.told_parameters()}}},
+          {"page", {{"lobe", report.slice.lobe}, {"parameters", report.slice.used_parameters()}}},
           {"node", report.node},
           {"state", state_name(report.state)},
           {"objective", report.objective < 0 ? Json(nullptr) : Json(report.objective)},

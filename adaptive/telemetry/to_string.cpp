@@ -19,7 +19,7 @@ const char* state_name(RowState state) {
 
 std::string to_string(const SliceKey& key) {
   std::string text = "lobe " + std::to_string(key.lobe) + " (";
-  for (std::size_t i = 0; i < key.told_parameters().size(); ++i) {
+  for (std::size_t i = 0; i < key.used_parameters().size(); ++i) {
     text += (i == 0 ? "" : ", ") + number_text(static_cast<double>(key.parameters[i]));
   }
   return text + ")";

@@ -166,7 +166,7 @@ json study(const std::string& family, const Setting& setting) {
                      {"chi2", all[worst].cells.chi2},
                      {"deviation", all[worst].cells.deviation},
                      {"objective", service.peek(static_cast<adaptive::SliceId>(worst), 0, 0).objective},
-                     {"parameters", of_worst.key.told_parameters()},
+                     {"parameters", of_worst.key.used_parameters()},
                      {"node", {of_worst.axis_a[0], of_worst.axis_b[0]}}};
   if (nodes.listed != nullptr) {
     fields["chi2_without_cells"] = spread(whole);

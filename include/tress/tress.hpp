@@ -27,7 +27,7 @@ class [[nodiscard]] Status {
   Status(tress_result code) noexcept : code_(code) {}
   explicit operator bool() const noexcept { return code_ == TRESS_OK; }
   tress_result code() const noexcept { return code_; }
-  /// Of a failure: the reason. Valid until this thread's next failure.
+  /// Returns why the call failed. Valid until this thread's next failure.
   const char* message() const noexcept { return code_ == TRESS_OK ? "" : tress_last_error(); }
 
  private:

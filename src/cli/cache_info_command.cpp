@@ -78,7 +78,7 @@ SliceSummary summarise(const adaptive::SliceDescription& slice, adaptive::CacheF
 nlohmann::ordered_json key_of(const adaptive::SliceDescription& slice, const std::string& lobe) {
   if (slice.kind == adaptive::SliceKind::samples) {
     nlohmann::ordered_json parameters = nlohmann::ordered_json::array();
-    for (const float parameter : slice.key.told_parameters()) parameters.push_back(as_typed(parameter));
+    for (const float parameter : slice.key.used_parameters()) parameters.push_back(as_typed(parameter));
     return {{"lobe", lobe}, {"parameters", parameters}};
   }
   const auto parameters = slice.key.parameters;
@@ -114,7 +114,7 @@ struct SliceLines {
   void add(const adaptive::SliceDescription& slice, const SliceSummary& s) {
     add_errors(slice, s);
     if (slice.kind == adaptive::SliceKind::samples) {
-      const std::string parameters = fmt::format("{}", fmt::join(slice.key.told_parameters(), " "));
+      const std::string parameters = fmt::format("{}", fmt::join(slice.key.used_parameters(), " "));
       samples += fmt::format("  {:5} {:7} {:7} {:9} {:8} {:10}  {}\n", s.lobe, s.nodes, s.open, s.converged, s.ribbons,
                              s.bytes, parameters);
       return;

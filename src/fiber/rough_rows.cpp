@@ -49,7 +49,7 @@ FiberParameters clear_fiber(const adaptive::SliceKey& key) {
 std::uint64_t key_of(const adaptive::SliceKey& slice, float a, float b, std::uint64_t stream) {
   std::uint64_t key = mix_bits(stream + slice.lobe);
   const auto add = [&key](float x) { key = mix_bits(key + std::bit_cast<std::uint32_t>(x + 0.0f)); };  // -0 is 0
-  for (const float x : slice.told_parameters(adaptive::SliceKey::usual_parameters)) add(x);
+  for (const float x : slice.used_parameters(adaptive::SliceKey::usual_parameters)) add(x);
   add(a);
   add(b);
   return key;

@@ -490,7 +490,7 @@ void bind_reports(py::module_& module) {
       .def_property_readonly("lobe", [](const adaptive::SliceDescription& self) { return self.key.lobe; })
       .def_property_readonly("parameters",
                              [](const adaptive::SliceDescription& self) {
-                               const auto all = self.key.told_parameters(adaptive::SliceKey::usual_parameters);
+                               const auto all = self.key.used_parameters(adaptive::SliceKey::usual_parameters);
                                return py::tuple(py::cast(std::vector<float>(all.begin(), all.end())));
                              })
       .def_readonly("axis_a", &adaptive::SliceDescription::axis_a)

@@ -27,10 +27,14 @@ struct SliceKey {
   std::array<float, 16> parameters{};
 
   /// The parameters without trailing zeros, but at least so many of them.
-  std::span<const float> told_parameters(std::size_t least = density_parameters) const {
+  std::span<const float> used_parameters(std::size_t least = density_parameters) const {
     std::size_t count = parameters.size();
     while (count > least && parameters[count - 1] == 0) --count;
     return {parameters.data(), count};
+  }
+  /// The name of used_parameters() until version 0.2.
+  std::span<const float> told_parameters(std::size_t least = density_parameters) const {
+    return used_parameters(least);
   }
 
   friend bool operator==(const SliceKey&, const SliceKey&) = default;

@@ -46,8 +46,8 @@ struct FiberParameters {
   float medulla_scattering = 0;  ///< coefficient, per major semi-axis, [0, 100]
   float medulla_asymmetry = 0;   ///< g of Henyey and Greenstein's phase function, [-0.95, 0.95]; > 0: forward
   float medulla_absorption = 0;  ///< coefficient, grey, per major semi-axis, [0, 100]
-  /// Of the cortex, as of the medulla: what makes light of bleached or grey hair diffuse. The cortex has pigment too,
-  /// so light is colored by the length of its bent way.
+  /// The next two describe scattering in the cortex, which makes light of bleached or grey hair diffuse. The cortex has
+  /// pigment too, so light is colored by the length of its bent way.
   float cortex_scattering = 0;  ///< coefficient, per major semi-axis, [0, 20]
   float cortex_asymmetry = 0;   ///< [-0.95, 0.95]
   /// Share of the surface that a thin film of water covers, [0, 1]. It follows the fiber, fills the gaps between the

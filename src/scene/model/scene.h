@@ -118,7 +118,7 @@ struct Material {
   std::optional<Pigment> pigment;   ///< replaces the fiber's sigma_a
   std::optional<Source> roughness;  ///< replaces the fiber's, which is its middle; given widths follow it
   std::array<std::optional<Source>, fiber_numbers> numbers;  ///< by FiberNumber: replace the fiber's, their middles
-  /// By lobe: factors of the fiber's gain, a number and a color.
+  /// Factors of the fiber's gain by lobe, each a number and a color.
   std::array<std::optional<Source>, fiber::lobe_count> gain, tint;
   std::optional<Source> presence;   ///< the probability that a ray hits a segment on its way, [0, 1]; unset: 1
   std::optional<Source> thickness;  ///< factor, >= 0, on the radii of the strands' points; unset: 1
@@ -323,7 +323,7 @@ struct Groom {
   std::uint32_t strand_count() const { return first_point.empty() ? 0 : std::uint32_t(first_point.size() - 1); }
   /// How often the scene has the groom's strands.
   std::size_t times() const { return instances.empty() ? 1 : instances.size(); }
-  /// From the groom's coordinates to the scene's when the shutter opens. i < times().
+  /// Returns the transform from the groom's coordinates to the scene's when the shutter opens. i < times().
   Similarity place(std::size_t i) const { return instances.empty() ? Similarity{} : instances[i].first; }
   /// The first station of a strand; for the strand after the last, the number of all stations.
   std::size_t first_station(std::uint32_t strand) const { return first_of(strand, stations_a_segment); }
