@@ -136,7 +136,7 @@ def rivals_of(data):
 
 
 def table(data):
-    """Who fails where, in Markdown: for README.md."""
+    """Who fails where, in Markdown."""
     found = failures(data)
     lines = ["| | " + " | ".join(MEASURES[name][0] for name in MEASURES) + " |", "|---" * (len(MEASURES) + 1) + "|"]
     for rival in rivals_of(data):
