@@ -3,9 +3,8 @@
 
 usage: bench/figures_table.py [--check]
 
---check writes nothing and ends with 1 where a figure names no commit of the history. A file whose measuring commit is not in
-the history any more (the branch was rebased) has that as `measured_by_lost_commit` and, as `commit`, the one that stored it.
-The test StoredFigures asks the same of every build.
+--check writes nothing and ends with 1 where a figure names no commit of the history. The test StoredFigures asks the same of
+every build.
 """
 import glob
 import json
@@ -41,16 +40,14 @@ def main():
         if not re.fullmatch("[0-9a-f]{40}", commit) or git("merge-base", "--is-ancestor", commit, "HEAD") is None:
             lost.append(name)
         stem = re.sub(r"rows_.*\.json", "rows_*.json", name)
-        groups.setdefault((stem, commit, context.get("measured_by_lost_commit", "")), []).append(context)
+        groups.setdefault((stem, commit), []).append(context)
     for name in lost:
         print(f"{name}: no commit of the history", file=sys.stderr)
     if lost or "--check" in sys.argv:
         sys.exit(1 if lost else 0)
     rows = {}
-    for (stem, commit, was), contexts in sorted(groups.items()):
+    for (stem, commit), contexts in sorted(groups.items()):
         remarks = []
-        if was:
-            remarks.append(f"lost: {was[:10]}" if re.fullmatch("[0-9a-f]+", was) else "lost")
         if contexts[0].get("quick"):
             remarks.append("`--quick`")
         if contexts[0].get("changed_files"):
@@ -59,8 +56,7 @@ def main():
         rows.setdefault((commit, ", ".join(remarks)), []).append(name)
     lines = ["# Stored figures", "",
              "Written by `bench/figures_table.py`; `StoredFigures` holds that every commit is in the history. `./bootstrap bench --all`",
-             "makes all again, in a night. *Lost*: the commit stored the figure; the one that measured it is not in the history, or not",
-             "named. *Changed*: files that were not committed.", "",
+             "makes all again, in a night. *Changed*: files that were not committed.", "",
              "| commit | date | figures (files) | remarks |", "|---|---|---|---|"]
     for (commit, remarks), names in sorted(rows.items(), key=lambda row: row[1]):
         lines.append(f"| {commit[:10]} | {git('show', '-s', '--format=%cs', commit)} | {', '.join(names)} | {remarks} |")
