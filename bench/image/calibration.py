@@ -164,6 +164,8 @@ def main():
     parser.add_argument("--model")
     parser.add_argument("--no-off", action="store_true", help="no renders without rows")
     options = parser.parse_args()
+    if min(options.spp or [4]) < 2:
+        parser.error("--spp: expected 2 or more, which noise is estimated from")
     program = os.path.join(os.path.abspath(options.build), "tress")
     git = subprocess.run(["git", "-C", ROOT, "rev-parse", "HEAD"], capture_output=True, text=True)
     context = {"commit": git.stdout.strip(), "load": os.getloadavg()[0], "seeds": options.seeds, "size": options.size}

@@ -97,8 +97,8 @@ def mean_costs(all_costs):
 def turntable(renders, frames, seed):
     half = len(frames) // 2
     cache = lambda name: ["--warm-cache", renders.of(name + ".cache")]
-    renders.render("exact", "turn.json", frames, seed + 1, ["--model", "exact"])
-    renders.render("reference", "turn.json", frames, seed + 2, ["--model", "exact"])
+    renders.render("exact", "turn.json", frames, seed + 1, ["--estimator", "exact"])
+    renders.render("reference", "turn.json", frames, seed + 2, ["--estimator", "exact"])
     renders.render("cold", "turn.json", frames, seed + 3, [])
     renders.render("carried", "turn.json", frames, seed + 4, cache("carried"))
     renders.render("frozen", "turn.json", frames, seed + 5, cache("carried") + ["--cache-mode", "frozen"])
