@@ -58,26 +58,30 @@ def measure(run):
 
 
 def against_fiber3d(run):
-    """Two slices of bench_far_field: the whole far field, not normalised, of clear fibers without tilt."""
+    """Two slices of bench_far_field: the whole far field, not normalised, of clear fibers without tilt. Learned rows are
+    bench_rough_far_field's, whose cells take turns with the sign of theta_r, phi_r and a tilt of 3 degrees."""
     thetas = (0, 80) if run.quick else (0, 30, 60, 75, 80, 85)
     slices = []
     for name, es, alphas in (("e, whole fiber", (1, 0.5) if run.quick else (1, 0.85, 0.7, 0.5), (0.2,)),
                              ("alpha, whole fiber", (0.85,), (0.05, 0.5) if run.quick else (0.03, 0.1, 0.2, 0.5))):
-        path = run.path("far_field.json")
-        run.bench("far_field", "--paths", 40_000 if run.quick else 400_000, "--e", ",".join(map(str, es)), "--alpha",
-                  ",".join(map(str, alphas)), "--theta", ",".join(map(str, thetas)), "--phi", 45, "--json", path)
-        with open(path) as file:
-            found = json.load(file)
-        whole = found["context"]["parts"].index("whole")
         ys = es if len(es) > 1 else alphas
         cells = {}
-        for y in ys:
-            for theta in thetas:
-                cell = next(one for one in found["cells"] if one["theta_deg"] == theta and
-                            (abs(one["e"] - y) < 1e-6 if len(es) > 1 else abs(one["alpha"] - y) < 1e-6))
-                for model, errors in cell["models"].items():
-                    value = errors["l2"][0][whole]
-                    cells.setdefault(model, {}).setdefault("truth", []).append("-" if value is None else f"{value:.2g}")
+        for bench, options, names in (("far_field", ["--paths", 40_000 if run.quick else 400_000, "--phi", 45], {}),
+                                      ("rough_far_field", ["--model", "rough"], {"rough": "rough fitted"})):
+            path = run.path(bench + ".json")
+            run.bench(bench, *options, "--e", ",".join(map(str, es)), "--alpha", ",".join(map(str, alphas)), "--theta",
+                      ",".join(map(str, thetas)), "--json", path)
+            with open(path) as file:
+                found = json.load(file)
+            whole = found["context"]["parts"].index("whole")
+            for y in ys:
+                for theta in thetas:
+                    cell = next(one for one in found["cells"] if abs(one["theta_deg"]) == theta and
+                                (abs(one["e"] - y) < 1e-6 if len(es) > 1 else abs(one["alpha"] - y) < 1e-6))
+                    for model, errors in cell["models"].items():
+                        value = errors["l2"][0][whole]
+                        cells.setdefault(names.get(model, model), {}).setdefault("truth", []).append(
+                            "-" if value is None else f"{value:.2g}")
         slices.append({"name": name, "x": {"name": "theta_r", "unit": "degrees", "values": thetas},
                        "y": {"name": name.split(",")[0], "unit": "", "values": ys},
                        "cells": {model: {"truth": " ".join(one["truth"])} for model, one in cells.items()}})
