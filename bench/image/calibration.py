@@ -142,7 +142,7 @@ def draw(found, path):
                               [r["error"] or 0 for r in ratios], marker="o", markersize=3, linewidth=1.2, capsize=2, label=scene)
         axis.axhline(1, color="#888888", linewidth=0.8)
         axis.set_xscale("log", base=2)
-        axis.set_xticks([4, 16, 64], ["4", "16", "64"])
+        axis.set_xticks([2, 4, 16, 64], ["2", "4", "16", "64"])
         axis.set_xlabel("samples a pixel")
         axis.set_title(title, fontsize=9)
         if way == "off":
