@@ -88,8 +88,8 @@ bool DensityLife::outdated(const Row& row) const {
   }
   const double objective =
       pairs.empty() ? 0 : sum * two_pi / (static_cast<double>(pairs.size()) * row.learning->nodes->variation());
-  return objective > light_.epsilon_of(rows_.slice(row.slice), row.node, row.energy) /
-                         4;  // the error that a fit must reach on its pairs
+  // A fit must reach a fourth of epsilon on its pairs.
+  return objective > light_.epsilon_of(rows_.slice(row.slice), row.node, row.energy) / 4;
 }
 
 RowOutcome DensityLife::open(Row& row, const CachedRow* cached, std::uint32_t pass) const {

@@ -13,6 +13,7 @@
 
 #include "tress/adaptive/sampled_target.h"
 #include "tress/adaptive/target.h"
+#include "tress/adaptive/to_string.h"
 #include "tress/adaptive/traced_nodes.h"
 #include "tress/base/error.h"
 
@@ -48,7 +49,7 @@ class GuardedTarget {
     };
     if (std::ranges::all_of(rays, is_ray)) return std::make_unique<const TracedNodes>(rays, slice.blur_rad);
     report_({"", "Target::trace", "rays that are finite, of a weight of 0 to 1e30 and an attribute of 0 or more",
-             "another at (" + std::to_string(a) + ", " + std::to_string(b) + ")"});
+             "another at (" + std::to_string(a) + ", " + std::to_string(b) + ") of slice " + to_string(slice.key)});
     return nullptr;
   }
   std::string model_name() const { return target_.model_name(); }

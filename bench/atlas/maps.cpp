@@ -11,9 +11,9 @@
 //             energy that the smooth ellipse has (the models' energies are those of rough fibers, or none), against
 //             what the model itself stands for: the Fourier reference of the ellipse (elliptical; mean over 3 x 3 xi),
 //             that of the circle (deon2011), the functions that its rows are fitted to (pekelis2015)
-//   ellipse   the same of every model, against the Fourier reference of the cell's own ellipse
-//   error     of an energy that is noisy: of models that can only be sampled, and of corrected
-//   unsound   answers that are not finite, negative, or S without a density
+//   ellipse   the same of every model that is a sum of blurred lobes, against the Fourier reference of the cell's own
+//   ellipse error     of an energy that is noisy: of models that can only be sampled, and of corrected unsound answers
+//   that are not finite, negative, or S without a density
 // Rows are taught at the cell's wr, all nodes that it can meet, until none is open. What the quadrature did not resolve
 // is "-", as is what a rival does not have. JSON on stdout, progress on stderr.
 #include <fmt/format.h>

@@ -58,7 +58,6 @@ std::vector<Case> all_cases() {
     if (ours) add("corrected", Estimator::corrected, Taught::converged, 0.015);
     add("exact", Estimator::exact, Taught::nothing, ours ? 0.0008 : 0.01);
   }
-  // A row of samples takes some hundredths of a second.
   cases.push_back({{"rough", Estimator::fitted, Taught::converged, 0}, "rough fitted", 0.05});
   cases.push_back({{"rough", Estimator::exact, Taught::nothing, 0}, "rough exact", 0.001});
   for (const char* model : {"chiang2016", "marschner2003", "ou2012", "deon2022", "fiber3d"})

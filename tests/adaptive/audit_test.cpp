@@ -22,21 +22,6 @@ using testing::toy_slice;
 constexpr std::uint32_t slices = 2, size = 6, nodes = size * size;
 constexpr double pi = std::numbers::pi;
 
-// The rays of a kept name, turned: what a cache of an older tracer would look like.
-class Turned final : public Target {
- public:
-  explicit Turned(float by) : by_(by) {}
-  void trace(const SliceDescription& slice, float a, float b, std::vector<TracedRay>& out) const override {
-    peaks_.trace(slice, a, b, out);
-    for (TracedRay& ray : out) ray.azimuth += by_;
-  }
-  std::string model_name() const override { return peaks_.model_name(); }
-
- private:
-  MovingPeaks peaks_;
-  float by_;
-};
-
 double true_objective(const Mixture& fit, const Target& target, const SliceDescription& slice, std::uint32_t node) {
   std::vector<TracedRay> rays;
   target.trace(slice, slice.axis_a[node / size], slice.axis_b[node % size], rays);
@@ -87,7 +72,7 @@ struct Session {
 };
 
 TEST(Audit, AnUnchangedTargetReopensNothing) {
-  const Turned same(0);
+  const MovingPeaks same(0);
   const TableSnapshot image = learned(same, 5);  // some rows converged, some open
   Session session(same, image);
   PassReport report;
@@ -99,11 +84,11 @@ TEST(Audit, AnUnchangedTargetReopensNothing) {
 // Seed fixed. The check of one row is 64 draws, reopened where mean - 2 standard errors > epsilon: a row four times
 // over is missed with a few per cent, one ten times over hardly ever.
 TEST(Audit, FindsTheMoreTheFurtherTheTargetMoved) {
-  const Turned before(0);
+  const MovingPeaks before(0);
   const TableSnapshot image = learned(before, 20);
   std::array<int, 4> rows{}, found{};  // true objective below epsilon, to 2, to 4 epsilon, beyond
   for (const float turn : {0.004f, 0.008f, 0.012f, 0.016f, 0.02f, 0.03f, 0.05f, 0.3f}) {
-    const Turned after(turn);
+    const MovingPeaks after(turn);
     Session session(after, image);
     std::vector<double> error;
     for (std::uint32_t p = 0; p < slices; ++p) {
@@ -136,7 +121,7 @@ TEST(Audit, FindsTheMoreTheFurtherTheTargetMoved) {
 }
 
 TEST(Audit, RowsOfAMovedTargetAreLearnedAnew) {
-  const Turned before(0), after(0.3f);
+  const MovingPeaks before(0), after(0.3f);
   for (const std::uint64_t passes : {5, 20}) {  // with open rows, whose sketches hold the old target; without
     const TableSnapshot image = learned(before, passes);
     Session session(after, image);

@@ -13,21 +13,6 @@
 namespace tress::inline v0_2::adaptive {
 namespace {
 
-/// MovingPeaks whose azimuths are all turned.
-class TurnedPeaks final : public Target {
- public:
-  explicit TurnedPeaks(float turn) : turn_(turn) {}
-  void trace(const SliceDescription& slice, float a, float b, std::vector<TracedRay>& out) const override {
-    peaks_.trace(slice, a, b, out);
-    for (TracedRay& ray : out) ray.azimuth += turn_;
-  }
-  std::string model_name() const override { return peaks_.model_name(); }
-
- private:
-  testing::MovingPeaks peaks_;
-  float turn_;
-};
-
 struct DensityLifeTest : ::testing::Test {
   Options options;
   Rows rows;
@@ -87,7 +72,7 @@ TEST_F(DensityLifeTest, AnAuditFindsAnotherTarget) {
   row.audit = Audit::due;
   EXPECT_FALSE(life.audit(row, 7).audit_failed);
   EXPECT_EQ(row.audit, Audit::none);
-  const TurnedPeaks peaks_turned(0.5f);
+  const testing::MovingPeaks peaks_turned(0.5f);
   const GuardedTarget turned = guarded(peaks_turned);
   const RowOutcome failed = DensityLife(options, rows, light, &turned).audit(row, 7);
   EXPECT_TRUE(failed.audit_failed);
@@ -103,7 +88,7 @@ TEST_F(DensityLifeTest, ASketchThatContradictsItsTargetIsDropped) {
   Rows other;
   const SliceId same = other.add_slice(testing::toy_slice(0, 2), true, 0);
   for (const float turn : {0.0f, 0.5f}) {
-    const TurnedPeaks peaks_turned(turn);
+    const testing::MovingPeaks peaks_turned(turn);
     const GuardedTarget turned = guarded(peaks_turned);
     Row row{same, 0};
     const Slice& of = other.slice(same);

@@ -6,6 +6,7 @@
 
 #include <limits>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -136,10 +137,9 @@ TEST_F(SampleLifeTest, ARowPassesTheTestOfItsOwnTargetAndNotOfAnother) {
 
 TEST_F(SampleLifeTest, InvalidDrawsRefuseARowAndAreNamed) {
   class Broken final : public testing::MovingLobes {
-    void draw(const SliceDescription&, float, float, std::uint64_t, std::uint32_t first, std::uint32_t count,
+    void draw(const SliceDescription&, float, float, std::uint64_t, std::uint32_t, std::uint32_t count,
               std::vector<SampledExit>& out) const override {
       out.resize(out.size() + count, {0, 0, 0, std::numeric_limits<float>::quiet_NaN(), 0});
-      (void)first;
     }
   };
   const Broken broken;

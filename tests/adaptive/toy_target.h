@@ -15,16 +15,21 @@ namespace tress::testing {
 /// attribute is 1 in the first bundle and 3 in the second.
 class MovingPeaks final : public adaptive::Target {
  public:
+  /// turn: of all azimuths, as a target that has changed under its name.
+  explicit MovingPeaks(float turn = 0) : turn_(turn) {}
   void trace(const adaptive::SliceDescription& slice, float a, float b,
              std::vector<adaptive::TracedRay>& out) const override {
-    const float turn = slice.key.parameters[0];
+    const float shift = slice.key.parameters[0];
     for (int i = 0; i < 64; ++i) {
       const float t = (static_cast<float>(i) + 0.5f) / 64;
-      out.push_back({2.0f * a + turn + 0.8f * t * t, (0.3f + 0.4f * b) / 64, 1.0f});
-      out.push_back({-1.5f + a - b - turn - 0.5f * t * t * t, (0.5f - 0.4f * b) / 64, 3.0f});
+      out.push_back({2.0f * a + shift + 0.8f * t * t + turn_, (0.3f + 0.4f * b) / 64, 1.0f});
+      out.push_back({-1.5f + a - b - shift - 0.5f * t * t * t + turn_, (0.5f - 0.4f * b) / 64, 3.0f});
     }
   }
   std::string model_name() const override { return "moving-peaks-1"; }
+
+ private:
+  float turn_;
 };
 
 /// size x size nodes over [0, 1]^2.

@@ -21,21 +21,6 @@
 namespace tress::inline v0_2::adaptive {
 namespace {
 
-/// The peaks of MovingPeaks, all of them turned: another target under the same name, as a changed tracer would be.
-class TurnedPeaks final : public Target {
- public:
-  explicit TurnedPeaks(float turn) : turn_(turn) {}
-  void trace(const SliceDescription& slice, float a, float b, std::vector<TracedRay>& out) const override {
-    peaks_.trace(slice, a, b, out);
-    for (TracedRay& ray : out) ray.azimuth += turn_;
-  }
-  std::string model_name() const override { return peaks_.model_name(); }
-
- private:
-  testing::MovingPeaks peaks_;
-  float turn_;
-};
-
 /// Keys of either sign, known in an order of their own; the last slice is added after the first pass.
 SliceDescription slice_of(std::uint32_t index) {
   SliceDescription slice = testing::toy_slice(index, 2, index == 1 ? 0.1f : 0.3f);
@@ -132,7 +117,7 @@ class Session {
   }
 
   Options options_;
-  TurnedPeaks target_;
+  testing::MovingPeaks target_;
   Service service_, twin_;
   ServiceModel model_;
   std::vector<SliceId> ids_;

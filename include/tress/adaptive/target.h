@@ -32,7 +32,7 @@ struct SliceKey {
     while (count > least && parameters[count - 1] == 0) --count;
     return {parameters.data(), count};
   }
-  /// The name of used_parameters() until version 0.2.
+  /// The former name of used_parameters(); it works until version 0.3.
   std::span<const float> told_parameters(std::size_t least = density_parameters) const {
     return used_parameters(least);
   }
