@@ -3,8 +3,8 @@
 
 usage: bench/image/near.py GROOM [BUILD] [--up AXIS] [--melanin X] [--light LIGHT] [--seeds N] [--spp N] [--size N] [--depth N] [-- FLAG...]
 
-GROOM stands, framed, in a white surround that the camera does not see (LIGHT white, the default), under the lamps of a studio or in a
-sun. `fiber3d` meets lights by chance, so under small ones (studio, sun) the truth is `everywhere`. The renders take turns, a seed each turn. Standard errors are over
+GROOM stands, framed, in a white surround that the camera does not see (LIGHT white, the default), under the lamps of a studio, in a
+sun or in the map of a file. `fiber3d` meets lights by chance, so under small ones (studio, sun) the truth is `everywhere`. The renders take turns, a seed each turn. Standard errors are over
 seeds; the error of a block (8 x 8 pixels) is the root mean square difference from the truth's mean over its mean, what variances
 over seeds show of noise taken out. CPU is of whole processes. FLAG: more options of every render.
 """
@@ -38,7 +38,7 @@ def main():
     parser.add_argument("build", nargs="?", default=os.path.join(ROOT, "build", "release"))
     parser.add_argument("--up", default="z")
     parser.add_argument("--melanin", type=float, default=8)
-    parser.add_argument("--light", choices=LIGHTS, default="white")
+    parser.add_argument("--light", default="white", help="white, studio, sun or the file of a map")
     for name, usual in (("--seeds", 4), ("--spp", 64), ("--size", 64), ("--depth", 256)):
         parser.add_argument(name, type=int, default=usual)
     parser.add_argument("flags", nargs="*", help="after --")
@@ -46,8 +46,9 @@ def main():
     folder = os.path.join(ROOT, "build", "near")
     os.makedirs(folder, exist_ok=True)
     scene, output = os.path.join(folder, "scene.json"), os.path.join(folder, "picture.exr")
+    light = LIGHTS.get(options.light) or {"environment": {"file": os.path.abspath(options.light)}, "environment_visible": False}
     with open(scene, "w") as out:
-        json.dump({"camera": {"frame": True}, "image": {"width": options.size, "height": options.size}, **LIGHTS[options.light],
+        json.dump({"camera": {"frame": True}, "image": {"width": options.size, "height": options.size}, **light,
                    "materials": [{"name": "m", "eccentricity": 0.85, "roughness": 0.2, "melanin": {"eumelanin": options.melanin}}],
                    "grooms": [{"file": os.path.abspath(options.groom), "up": options.up, "material": "m"}]}, out)
     ways = {way: flags for way, flags in WAYS.items() if way != "fiber3d" or options.light == "white"}

@@ -230,7 +230,7 @@ std::array<std::string, 3> modelled(const scene::Scene& scene) {
   integrate::RenderOptions options;
   integrate::set_asked(scene.integrator, chosen.info->has_rows(), &options);
   if (fiber::has(*chosen.info, fiber::Asks::samples))
-    integrate::measure_closeness(options.near, scene, geometry::FiberScene(scene));
+    integrate::measure_needs(options.near, scene, geometry::FiberScene(scene));
   else
     options.near.where = integrate::NearOptions::Where::nowhere;
   std::string paths = fmt::format("up to {} bounces, {}, ", options.max_depth,

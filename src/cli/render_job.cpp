@@ -113,7 +113,7 @@ class RenderJob {
                            settings_.model));
     }
     if (fiber::has(*fiber::find_model(settings_.model), fiber::Asks::samples)) {
-      integrate::measure_closeness(options.near, scene_, *strands_);
+      integrate::measure_needs(options.near, scene_, *strands_);
       end_.near = integrate::words_of(options.near);
       log_note(end_.near);
     } else {

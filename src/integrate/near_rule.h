@@ -1,12 +1,14 @@
 // Which hits on fibers are traced from where the ray met the fiber (FiberModel::begin_near()).
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "geometry/fiber_scene.h"
 #include "integrate/near_hit.h"
+#include "integrate/near_needs.h"
 #include "scene/model/scene.h"
 #include "tress/base/random.h"
 
@@ -16,27 +18,26 @@ namespace tress::integrate {
 /// on to a neighbour that is so close that it matters where on the fiber it left.
 struct NearOptions {
   /// seen: first hits on fibers that the picture resolves. usual: these, and directions that are drawn where fibers
-  /// touch. touching: these, and all light where fibers touch, with several times the variance of rows under small
-  /// lights.
+  /// touch and the picture would else be darker by least_gain. touching: these, and all light where fibers touch, with
+  /// several times the variance of rows under small lights.
   enum class Where { usual, seen, touching, nowhere, everywhere } where = Where::usual;
   /// Width in pixels from which first hits are traced. Their share rises evenly to all at twice the width.
   float pixels = 2;
-  std::vector<float> closeness = {};  ///< by groom, of measure_closeness(); empty if it was not measured
+  NearNeeds needs = {};  ///< of measure_needs(); empty if nothing was measured
+
+  /// The share of the hits of a groom that are near because fibers touch: 0 up to the closeness `loose`, all from
+  /// `dense` on. By the usual rule none of these where drawn directions would gain at most least_gain of the groom's
+  /// brightness, all from sure_gain on.
+  float share(std::size_t groom) const;
+  static constexpr float loose = 0.12f, dense = 0.14f, least_gain = 0.02f, sure_gain = 0.03f;
 };
 
-/// Measures how close the fibers of each groom are, where the rule or its words depend on it: of the light that leaves
-/// a fiber in any direction, the share that meets another within close_widths widths. By thousands of rays from outside
-/// and their next hits (0.1 s of CPU), by a sixteenth of them for seen, which only says whether fibers touch. The same
-/// for every camera, seed and number of threads.
-void measure_closeness(NearOptions& options, const scene::Scene& scene, const geometry::FiberScene& fibers);
+/// Measures a scene for the rule, or for its words, where they depend on it (near_needs.h).
+void measure_needs(NearOptions& options, const scene::Scene& scene, const geometry::FiberScene& fibers);
 /// Sets where a scene says so.
 void set_asked(const scene::Integrator& asked, NearOptions* near);
 /// What the rule is in a scene, in words.
 std::string words_of(const NearOptions& options);
-
-/// The share of the hits of each groom that are near because of its closeness: 0 up to loose, 1 from dense on.
-float share_of(float closeness);
-inline constexpr float close_widths = 2, loose = 0.12f, dense = 0.14f;
 
 /// The shares of hits that begin near: traced in all they are asked, and in what they draw at least.
 struct NearShares {

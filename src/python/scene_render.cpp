@@ -192,7 +192,7 @@ Result<RenderOutcome> rendered(const scene::Scene& scene, const RenderRequest& r
   options.halves = request.denoise;
   const geometry::FiberScene strands(scene);
   if (!fiber::has(info, fiber::Asks::samples)) options.near.where = integrate::NearOptions::Where::nowhere;
-  integrate::measure_closeness(options.near, scene, strands);
+  integrate::measure_needs(options.near, scene, strands);
   std::optional<integrate::FilteredNoise> filtered;
   if (request.denoise && request.noise) filtered.emplace(*request.noise, scene);
   outcome.result = integrate::render(scene, strands, *model, fibers, learned.service.get(), options, stop,
