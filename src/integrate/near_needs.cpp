@@ -26,7 +26,9 @@ namespace {
 
 constexpr std::uint64_t close_purpose = 0x636c6f7365ull, lost_purpose = 0x6c6f7374ull, even_purpose = 0x6576656eull;
 constexpr std::size_t rays_that_decide = 1 << 14, rays_that_label = 1 << 10, most_rays = 2048, least_rays = 16;
-constexpr std::size_t pairs_of_batch = 8192, most_pairs = 1 << 16;
+/// Pairs of paths of all grooms whose loss is measured, and of one.
+constexpr std::size_t pairs_in_all = 1 << 16, least_pairs = 2048;
+constexpr std::size_t batches = 8;
 constexpr std::uint32_t even_draws = 4096;
 constexpr int hits_of_ray = 3;
 
@@ -142,22 +144,22 @@ class ReflectedOnce {
   /// Favors reflection, of whatever color the fiber is.
   static constexpr float kept_inside = 0.02f;
 
-  const scene::Scene& scene_;
-  const geometry::FiberScene& fibers_;
   double reflected() const { return reflected_ / returned_; }
 
+  const scene::Scene& scene_;
+  const geometry::FiberScene& fibers_;
   double returned_ = 0, reflected_ = 0, known_ = 0, by_rows_ = 0, squares_ = 0, known_squares_ = 0, products_ = 0;
 };
 
 /// Measures until it is sure on which side of what is asked the groom is, or how far.
 float measured_loss(const scene::Scene& scene, const geometry::FiberScene& fibers, std::size_t groom, float even,
-                    const AskedNeeds& asked) {
+                    std::size_t pairs, const AskedNeeds& asked) {
   ReflectedOnce light(scene, fibers);
   const auto add = [&](const geometry::Ray& ray, const geometry::Hit& hit, RandomStream& random) {
     light.add(ray, hit, random);
   };
-  for (std::size_t batch = 0; batch < most_pairs / pairs_of_batch; ++batch) {
-    each_hit_from_outside(scene, fibers, mix_bits(lost_purpose + batch), groom, pairs_of_batch, add);
+  for (std::size_t batch = 0; batch < batches; ++batch) {
+    each_hit_from_outside(scene, fibers, mix_bits(lost_purpose + batch), groom, pairs / batches, add);
     const double gain = even * light.lost(), error = 3 * even * light.error();
     if (gain + error < asked.least_gain || gain - error > asked.sure_gain ||
         error < (asked.sure_gain - asked.least_gain) / 2)
@@ -204,13 +206,15 @@ NearNeeds measured_needs(const scene::Scene& scene, const geometry::FiberScene& 
     escaped += leaving.escaped, sent_back += leaving.sent_back;
   }
   needs.lost.resize(needs.closeness.size());
-  if (asked.roughly || std::ranges::none_of(needs.closeness, [&](float close) { return close > asked.close; }))
-    return needs;
+  const auto count = static_cast<std::size_t>(
+      std::ranges::count_if(needs.closeness, [&](float close) { return close > asked.close; }));
+  if (asked.roughly || count == 0) return needs;
   const double even = even_of_lights(scene);
   needs.even = static_cast<float>(even + (1 - even) * (sent_back > 0 ? sent_back / (sent_back + escaped) : 0));
   for (std::size_t groom = 0; groom < needs.lost.size(); ++groom) {
     if (needs.closeness[groom] > asked.close)
-      needs.lost[groom] = measured_loss(scene, fibers, groom, needs.even, asked);
+      needs.lost[groom] =
+          measured_loss(scene, fibers, groom, needs.even, std::max(pairs_in_all / count, least_pairs), asked);
   }
   return needs;
 }

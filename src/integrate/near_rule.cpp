@@ -22,7 +22,6 @@ void measure_needs(NearOptions& options, const scene::Scene& scene, const geomet
 
 float NearOptions::share(std::size_t groom) const {
   const float gain = where == Where::usual ? needs.even * needs.lost[groom] : sure_gain;
-
   const auto rise = [](float x, float from, float to) { return std::clamp((x - from) / (to - from), 0.0f, 1.0f); };
   return rise(needs.closeness[groom], loose, dense) * rise(gain, least_gain, sure_gain);
 }
@@ -58,7 +57,7 @@ std::string words_of(const NearOptions& options) {
       default:
         if (share > 0)
           words += fmt::format(", and but for small lights at {:.0f} % of the hits where they touch", 100 * share);
-        words += fmt::format("; rows lose {:.2g} % of the light there, of which {:.0f} % is even", 100 * lost,
+        words += fmt::format("; rows lose about {:.2g} % of the light there, of which {:.0f} % is even", 100 * lost,
                              100 * options.needs.even);
         if (lost * (1 - options.needs.even) > NearOptions::sure_gain)
           words += "; for the rest set \"near\": \"touching\"";

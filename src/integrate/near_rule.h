@@ -29,7 +29,7 @@ struct NearOptions {
   /// `dense` on. By the usual rule none of these where drawn directions would gain at most least_gain of the groom's
   /// brightness, all from sure_gain on.
   float share(std::size_t groom) const;
-  static constexpr float loose = 0.12f, dense = 0.14f, least_gain = 0.02f, sure_gain = 0.03f;
+  static constexpr float loose = 0.12f, dense = 0.14f, least_gain = 0.015f, sure_gain = 0.035f;
 };
 
 /// Measures a scene for the rule, or for its words, where they depend on it (near_needs.h).
