@@ -184,14 +184,14 @@ TEST_F(TouchingFibers, AreDrawnNearWhereRowsLoseLight) {
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     NearWords found;
     const std::size_t drawn = outcome.out.find("but for small lights at "), lost = outcome.out.find("rows lose ");
-    if (drawn != std::string::npos)
+    if (drawn != std::string::npos) {
       EXPECT_EQ(std::sscanf(outcome.out.c_str() + drawn, "but for small lights at %lf %%", &found.drawn), 1);
-    if (lost == std::string::npos)
-      ADD_FAILURE() << outcome.out;
-    else
-      EXPECT_EQ(std::sscanf(outcome.out.c_str() + lost, "rows lose about %lf %% of the light there, of which %lf %%",
-                            &found.lost, &found.even),
-                2);
+    }
+    EXPECT_NE(lost, std::string::npos) << outcome.out;
+    if (lost != std::string::npos) {
+      constexpr const char* words = "rows lose about %lf %% of the light there, of which %lf %%";
+      EXPECT_EQ(std::sscanf(outcome.out.c_str() + lost, words, &found.lost, &found.even), 2);
+    }
     return found;
   };
   const char *dark = R"("melanin": {"eumelanin": 8})", *white = R"("sigma_a": [0, 0, 0])";
