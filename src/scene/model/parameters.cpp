@@ -111,9 +111,8 @@ constexpr Parameter table[] = {
      "a path's first hit that learned deep light answers"},
     {"/integrator/near", "--near", number_or_choice, in(0, 1e6), "", "nowhere, seen, touching, everywhere", "2",
      "hits traced from where the ray met the fiber, which rows do not know: where a fiber is wider than this, in "
-     "pixels "
-     "(all from twice on), and, but for small lights, where fibers touch; touching: for those too, with more noise; "
-     "seen: not where they touch; 0 is nowhere"},
+     "pixels (all from twice on), and, but for small lights, where fibers touch and rows lose light; touching: at all "
+     "that touch, for all lights, with more noise; seen: not where they touch; 0 is nowhere"},
     {"/integrator/adaptive", "--adaptive", flag, none, "", "", "with `--noise` and `--time`",
      "more samples where the picture is noisier, `samples` being their mean"},
     {"/integrator/spectral", "--spectral", flag, none, "", "", "false",
