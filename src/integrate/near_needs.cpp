@@ -98,7 +98,8 @@ std::vector<Leaving> light_that_leaves(const scene::Scene& scene, const geometry
   return grooms;
 }
 
-/// What rows lose of the light that goes past no other fiber, of which a dark fiber has nothing else: reflected once.
+/// Sums light that a fiber reflects and that meets no other fiber, which is all that dark hair sends. The fiber
+/// reflects it from where the ray met it, and, as a row does, from anywhere across its width.
 class ReflectedOnce {
  public:
   ReflectedOnce(const scene::Scene& scene, const geometry::FiberScene& fibers) : scene_(scene), fibers_(fibers) {}
@@ -131,7 +132,7 @@ class ReflectedOnce {
     squares_ += (known - by_row) * (known - by_row), known_squares_ += known * known;
     products_ += (known - by_row) * known;
   }
-  /// The share of the light that fibers return that rows lose, and its standard error, that of a ratio of means.
+  /// NearNeeds::lost, before it is clamped, and its standard error, that of a ratio of means.
   double lost() const { return known_ > 0 ? reflected() * (1 - by_rows_ / known_) : 0; }
   double error() const {
     if (!(known_ > 0)) return 0;
@@ -151,7 +152,8 @@ class ReflectedOnce {
   double returned_ = 0, reflected_ = 0, known_ = 0, by_rows_ = 0, squares_ = 0, known_squares_ = 0, products_ = 0;
 };
 
-/// Measures until it is sure on which side of what is asked the groom is, or how far.
+/// Measures batches of pairs until three standard errors decide on which side of the asked gains the groom is, or are
+/// less than half of the way between the two.
 float measured_loss(const scene::Scene& scene, const geometry::FiberScene& fibers, std::size_t groom, float even,
                     std::size_t pairs, const AskedNeeds& asked) {
   ReflectedOnce light(scene, fibers);
@@ -177,6 +179,7 @@ double even_of_lights(const scene::Scene& scene) {
   }
   if (grooms.empty()) return 1;
   const LightSampler lights(scene);
+  // The mean of the channels serves radiance in bands too.
   const auto bright = [](const glm::vec3& radiance) { return (radiance.r + radiance.g + radiance.b) / 3; };
   double even = 0, small = 0;
   for (std::uint32_t i = 0; i < even_draws; ++i) {

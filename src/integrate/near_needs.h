@@ -13,9 +13,10 @@ struct NearNeeds {
   /// By groom. Of the light that leaves a fiber in any direction, the share that meets another within close_widths
   /// widths.
   std::vector<float> closeness;
-  /// By groom. About the share of its brightness in even light that rows lose: of the light that fibers reflect once
-  /// past all others, what rows lose by sending it from anywhere across the width, times the share of reflection in the
-  /// light that a fiber returns. Light that went through leaves anywhere. 0 if it was not measured.
+  /// By groom. About the share of its brightness in even light that rows lose, [0, 1], in two factors. The first is the
+  /// share that rows lose of the light that a fiber reflects and that then meets no other fiber: they reflect it as
+  /// from anywhere across the width. The second is the share of reflected light in the luminance that a fiber returns,
+  /// since the place where refracted light leaves hardly depends on where it came. 0 if it was not measured.
   std::vector<float> lost;
   /// The share of the scene's light, [0, 1], that comes from directions in which lights are sampled with less than
   /// FiberModel::drawn_near_density, or from surfaces: what drawn directions bring to an event that begins with
@@ -25,7 +26,7 @@ struct NearNeeds {
 inline constexpr float close_widths = 2;
 
 struct AskedNeeds {
-  float close;                  ///< closeness above which a groom's loss is measured
+  float close;                  ///< the loss is measured of grooms whose closeness is above this; 1: of none
   float least_gain, sure_gain;  ///< the loss times `even` is measured until it is clear of these, or known between them
   bool roughly = false;         ///< only closeness, by a sixteenth of the rays
 };

@@ -44,7 +44,8 @@ struct NearShares {
   float all = 0, drawn = 0;
 };
 
-/// Immutable; any thread. Every share is continuous in the scene and the camera, so no edge shows.
+/// Immutable; any thread. Every share is continuous in the camera, so no edge shows. The gain is measured by random
+/// rays, to a standard error of 0.003 to 0.01 where it is between least_gain and sure_gain.
 class NearRule {
  public:
   NearRule() = default;

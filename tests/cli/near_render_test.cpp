@@ -175,8 +175,7 @@ TEST_F(TouchingFibers, AreTheSameForAnyNumberOfThreads) {
 constexpr const char* sun =
     R"("environment": {"constant": [0, 0, 0]}, "environment_visible": false, "lights": [{"distant": {"azimuth_deg": 60, "elevation_deg": 35, "irradiance": [3, 3, 3]}}])";
 
-// What rows lose is measured: fibers that touch are dark, so that they have no light but what they reflect, or light,
-// and stand in even light or in a sun, which drawn directions do not see, with a white wall around them or without.
+// Dark fibers lose light to rows, white ones do not. Drawn directions see even light and a wall, but no sun.
 TEST_F(TouchingFibers, AreDrawnNearWhereRowsLoseLight) {
   const auto near = [&](const char* color, const std::string& light) {
     write_scene(color, light);
